@@ -165,10 +165,15 @@ def test_directions_and_starts_that_the_logs_contradict_are_corrected_before_run
     ]
     assert all(place in document["sentence"] for place, _ in corrections)
     assert [r["verdict"] for r in document["runs"]].count("unknown") == RUNS - 3
+    path.write_text(text.replace("start: X", "start: 600 s"))
     with pytest.raises(ResultError):  # the cars of these logs have no drag
         write_step("coastdown", path, (), tmp_path / "out", None)
     written = json.loads((tmp_path / "out" / "coastdown.json").read_text())
     assert "shows the opposite direction" in written["fit"]["warnings"][0]
+    campaign(tmp_path, lambda run, time, speed: speed)  # without a clock of the day
+    path.write_text(path.read_text().replace("start: 480 s", "start: 365 s"))
+    said = [f["what"] for f in checked(path, tmp_path / "out", 1)["findings"] if "'start'" in f["what"]]
+    assert said == ["'start' is 90 s before the end of coast_3.csv, which lasts 95 s"]
 
 
 @pytest.mark.slow  # 2 s

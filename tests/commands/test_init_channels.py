@@ -234,6 +234,10 @@ def test_logs_without_a_clock_are_drafted_with_an_open_rate(tmp_path: Path) -> N
     assert "rate" in found.undecided
     counted = table(tmp_path / "tick.csv", **{"Tick_10ms": np.arange(600.0), "SR_%": 9 * WAVE, "FX_N": 900 * WAVE})
     assert "if 'Tick [10ms]', which increases, is the time" in draft("tire", counted)[0].text
+    rows, along = np.arange(600.0), np.cumsum(2.0 + WAVE)  # a distance and a model year increase, but not like a clock
+    own = {"Packet_": rows, "Fine_": 100.0 * rows, "Trip_m": along, "Model Year_": 2012.0 + rows // 150}
+    others = table(tmp_path / "fine.csv", **own, **{"SR_%": 9 * WAVE, "FX_N": 900 * WAVE})
+    assert "if 'Packet' or 'Fine', which increase, is the time" in draft("tire", others)[0].text
     assert found.mapped == ("force_x", "force_z", "slip")
 
 
@@ -246,6 +250,9 @@ def test_the_power_of_a_rider_is_a_drive_and_that_of_a_battery_is_not(tmp_path: 
     falls = 60.0 - 40.0 * time / 600.0
     battery = {"Battery Power_kW": WAVE, "Battery Voltage_V": 380.0 - WAVE, "Battery Current_A": 90.0 * WAVE}
     found, description = draft("coastdown", table(tmp_path / "car.csv", time_s=time, speed_kmperh=falls, **battery))
+    assert "drive_power" not in description["channels"]
+    of_car = {"power_kW": 9.0 * WAVE, "battery level_%": 80.0 - time / 100.0}
+    _, description = draft("coastdown", table(tmp_path / "tesla.csv", time_s=time, speed_kmperh=falls, **of_car))
     assert "drive_power" not in description["channels"]
     assert '"Battery Voltage [V]" times "Battery Current [A]" is the battery\'s power' in found.text
 

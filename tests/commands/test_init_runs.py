@@ -339,3 +339,13 @@ def test_a_coast_of_a_long_ride_ends_where_its_speed_settles(tmp_path: Path) -> 
     assert [len(windows), *np.ravel(windows)] == pytest.approx(
         [2, 55.0, 150.0, 1055.0, 1165.0], abs=70.0
     )  # ends within a minute
+
+
+def test_a_log_without_a_value_is_no_run(tmp_path: Path) -> None:
+    time = np.arange(600.0)
+    coast = table(tmp_path / "coast.csv", time_s=time, speed_kmperh=60.0 - time / 15.0)
+    dead = table(tmp_path / "dead.csv", time_s=time, speed_kmperh=np.full(600, np.nan))
+    found, description = draft("coastdown", coast, dead)
+    assert ([run["log"] for run in description["runs"]], found.left) == (["coast.csv"], ("dead.csv",))
+    with pytest.raises(InputError, match="no column but the time has values"):
+        draft("coastdown", dead)

@@ -107,6 +107,14 @@ def test_recordings_that_do_not_match_are_refused(change, message: str) -> None:
         align(ours, theirs.with_channels(speed=change(theirs["speed"])), "speed")
 
 
+def test_loggers_of_two_drives_are_refused_with_their_times() -> None:
+    ours, theirs, _ = pair()
+    later = replace(theirs, time=theirs.time + 5000.0)
+    other = later.with_channels(speed=np.random.default_rng(1).normal(size=later.time.size))
+    with pytest.raises(InputError, match=r"times do not overlap: 50.* against [^>]*> check that both logs are of one"):
+        align(ours, other, "speed")
+
+
 def test_a_channel_that_one_logger_lacks_is_named() -> None:
     ours, theirs, _ = pair()
     with pytest.raises(InputError, match="theirs: has no channel 'torque' to align the loggers on"):

@@ -30,6 +30,9 @@ State = Literal["clock", "varies", "constant", "empty", "text"]
 _SWITCH = 16  # distinct values; a channel with no more is a switch or a gear, which may be constant for any time
 _REST = 0.1  # of the channel's duration: shorter constant segments are usual in traffic
 _SHORTEST_REST = 10.0  # s
+_MOST_INCREASING = 3  # columns: a table of cumulative counts has more, and none of them is known to be the time
+_STEADY = 0.1  # of the median step of a clock, by which most steps may differ: a distance's differ by more
+_MOSTLY = 0.8  # of the steps
 _ANGLES = 20_000  # samples that suffice for a mean angle
 _LONG_FALL = 10.0  # s; shorter decreases of speed are braking
 _LONGEST_PLATEAU = 60.0  # s without a lower mean: a ride uphill at a steady speed, and no hill of a test road
@@ -59,6 +62,7 @@ class ChannelFacts:
     gaps : number of gaps of a clock, and the times, s, before and after the longest; None if there is none.
     stalls : first and last time, s, of each segment in which all channels of a clock repeat their values.
     decreases : number of decreases of a channel without times, and the values of the first; None if there is none.
+    counts : whether a channel without times increases in steps of mostly one size, like a clock or a row's number.
     falls : first and last time, s, of each decrease of the absolute value by half of its range; empty if none lasts
         10 s.
     sharing : rows of a clock that share the time of the one before, if it has too few digits, such as full seconds;
@@ -79,6 +83,7 @@ class ChannelFacts:
     longest_fall: float = 0.0
     falls: tuple[tuple[float, float], ...] = ()
     decreases: tuple[int, float, float] | None = None
+    counts: bool = False
     mark: tuple[int, float] | None = None
     gaps: tuple[int, float, float] | None = None
     stalls: tuple[tuple[float, float], ...] = ()
@@ -207,13 +212,13 @@ def without_clock(facts: Sequence[ChannelFacts]) -> tuple[str, str]:
 
 
 def remedy_of_increasing(facts: Sequence[ChannelFacts]) -> str:
-    """The remedy that maps the only column that increases as the time; empty if there is none, or several."""
-    found = [f.column for f in facts if f.state == "varies" and f.info.rate != f.info.rate and f.decreases is None]
-    return (
-        f"if '{found[0]}', which increases, is the time, name it 'Time [s]' or map it as 'time'"
-        if len(found) == 1
-        else ""
-    )
+    """The remedy that maps one of the columns that increase, at most three, as the time; empty if there are none."""
+    found = [f"'{f.column}'" for f in facts if f.counts and f.state == "varies"]
+    if not 0 < len(found) <= _MOST_INCREASING:
+        return ""
+    which = "which increases" if len(found) == 1 else "which increase"
+    named = f"if {' or '.join(found)}, {which}, is the time"
+    return f"{named}, name it 'Time [s]' or map it as 'time' with its unit, such as 0.1 ms"
 
 
 def recordings(path: Path) -> Iterator[Recorded]:
@@ -292,13 +297,32 @@ def _facts(recorded: Recorded, column: str) -> ChannelFacts:
     fall = _longest_fall(time[written], size) if state == "varies" and time is not None else 0.0
     down = np.flatnonzero(np.diff(some) < 0.0) if time is None else np.empty(0, dtype=np.intp)
     decreases = (down.size, float(some[down[0]]), float(some[down[0] + 1])) if down.size else None
+    counts = time is None and not down.size and _counts(some)
     angle = complex(np.mean(np.exp(1j * np.radians(some[:: -(-some.size // _ANGLES)]))))
     ends = float(some[0]), float(some[-1])
     facts = ChannelFacts(info, column, state, int(some.size), lowest, highest, rest)
     falls = _falls(time[written], size) if time is not None and fall >= _LONG_FALL else ()
     return replace(
-        facts, ends=ends, angle=angle, longest_fall=fall, falls=falls, decreases=decreases, mark=marked, gaps=gaps
+        facts,
+        ends=ends,
+        angle=angle,
+        longest_fall=fall,
+        falls=falls,
+        decreases=decreases,
+        counts=counts,
+        mark=marked,
+        gaps=gaps,
     )
+
+
+def _counts(values: Array) -> bool:
+    """Whether values (n,) that never decrease have steps of one size, more of them than a label of a few groups."""
+    steps = np.diff(values)
+    steps = steps[steps > 0.0]
+    if steps.size < min(_SWITCH, values.size // 2):
+        return False
+    median = float(np.median(steps))
+    return bool(np.mean(np.abs(steps - median) <= _STEADY * median) >= _MOSTLY)
 
 
 def _longest_fall(time: Array, values: Array) -> float:

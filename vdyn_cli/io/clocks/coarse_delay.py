@@ -94,6 +94,10 @@ def coarse_delay(x: Signal, y: Signal, tie: ChannelTie, where: str) -> float:
         remedy = f"check the unit for both loggers, {OTHER_CHANNELS}"
         if opposite:
             remedy = "one logger has the opposite sign: add 'sign: -1' to its channel, or remove it if it is there"
+        if max(x.time[0], y.time[0]) > min(x.time[-1], y.time[-1]):
+            both = [f"{s.time[0]:.6g} to {s.time[-1]:.6g} s" for s in (x, y)]
+            got += f"; their times do not overlap: {both[1]}, against {both[0]} of the first logger"
+            remedy = f"check that both logs are of one run; {remedy}"
         raise InputError(Finding(where, "no match with the first logger at any delay", got, remedy))
     miss = 1.0 - likeness
     far = np.flatnonzero(miss > CLOCKS.lost * miss[best])  # where the match is clearly lost, on either side

@@ -43,6 +43,10 @@ class CheckPolicy:
     """[s] by which the stated start of a run may differ from its log's clock, if the order is the same. A log book
     states minutes, and a log starts up to a minute before its run."""
 
+    start_overlap: float = 10.0
+    """[s] by which a run may last beyond the stated start of the next one. The watch of a log book differs by seconds
+    from the logger's start; full minutes (all starts are multiples of 60 s) are rounded by up to 60 s more."""
+
     run_ratio: float = 0.02
     """[share of the median] by which the ratio of two loggers' speeds in a run may differ from its median. Tires slip
     by 1.3 % at most in most runs, and a tire's radius changes by 0.5 % with its temperature. Coast-downs with logs of

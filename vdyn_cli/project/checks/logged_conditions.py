@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -19,8 +20,10 @@ from vdyn_cli.project.drafting.run_direction import (
     shows_direction,
 )
 from vdyn_cli.project.reading.logger_columns import log_names
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError
 
+_MINUTE = 60.0  # s
 _OTHER = {"out": "back", "back": "out"}
 
 
@@ -91,6 +94,8 @@ def wrong_starts(runs: Sequence[Run], facts: Sequence[Sequence[ChannelFacts]], s
             remedy = "write the start of each run, or remove 'start' from all runs"
             yield Finding(source.where(("runs", k, "start")), what, f"{start:.0f} s", remedy)
     logged = logged_starts(facts)
+    if len(stated) == len(runs) and not logged:
+        yield from _overlapping_starts(runs, np.array(stated), facts, source)
     if len(stated) < len(runs) or not logged or any(run.from_time is not None for run in runs):
         return
     off = np.array(stated) - np.array(logged)
@@ -101,3 +106,19 @@ def wrong_starts(runs: Sequence[Run], facts: Sequence[Sequence[ChannelFacts]], s
         what = f"'start' differs by {off[k]:+.0f} s from the clock of {log_names(runs[k])[0]}"
         remedy = f"write 'start: {logged[k] - logged[0]:.0f} s', or remove 'start' from all runs"
         yield Finding(source.where(("runs", k, "start")), what, f"{stated[k]:.0f} s", remedy)
+
+
+def _overlapping_starts(
+    runs: Sequence[Run], stated: Array, facts: Sequence[Sequence[ChannelFacts]], source: YamlSource
+) -> Iterator[Finding]:
+    """Runs of whole logs whose stated start (runs,), s, is well before the end of the run that starts before them."""
+    last = [next((np.ptp(f.info.span) for f in one if f.state == "clock"), np.nan) for one in facts]
+    limit = CHECK.start_overlap + (_MINUTE if not (stated % _MINUTE).any() else 0.0)
+    order = [int(k) for k in np.argsort(stated, kind="stable") if runs[k].from_time is None and runs[k].to_time is None]
+    for before, k in pairwise(order):
+        together = stated[before] + last[before] - stated[k]
+        if together > limit and stated[before] < stated[k]:
+            other = f"{log_names(runs[before])[0]}, which lasts {last[before]:.0f} s"
+            what = f"'start' is {together:.0f} s before the end of {other}"
+            remedy = "write the start of each run, or remove 'start' from all runs"
+            yield Finding(source.where(("runs", k, "start")), what, f"{stated[k]:.0f} s", remedy)

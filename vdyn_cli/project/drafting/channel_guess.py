@@ -19,6 +19,7 @@ from vdyn_cli.project.drafting.channel_names import (
     RULES,
     SAME_WORD,
     STATES_UNIT,
+    UNSPECIFIC,
     in_english,
 )
 from vdyn_cli.quantities.quantity import Quantity, UnitError, a_unit_of, to_si
@@ -226,6 +227,7 @@ def _ranked(
     file_name, ignored = context
     of_file = _words(file_name)[0] if file_name else frozenset[str]()
     ranked: dict[int, list[_Candidate]] = {}
+    beside = frozenset().union(*(_words(one.column)[0] for one in facts))
     for one in facts:
         words, suffix = _words(one.column)
         # A rotational speed of the only wheel that a log names is that of this wheel.
@@ -238,6 +240,9 @@ def _ranked(
             continue
         if one.state == "text":
             others.append(f"'{one.column}' holds text, no numbers")
+            continue
+        if len(words) == 1 and (of := sorted(UNSPECIFIC.get(ways[rank], frozenset[str]()) & beside)):
+            others.append(f"'{one.column}' may be of another source, as the log has columns with '{of[0]}'")
             continue
         unit, how = _unit(one, quantity, suffix, file_name if of_file else "")
         if why_not := _unfit(one, quantity, unit) if unit else how:

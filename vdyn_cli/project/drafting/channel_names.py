@@ -66,6 +66,9 @@ STATES_UNIT = {"m/s": frozenset(("twist", "linear", "x"))}
 # With them, a first word M is a torque (German: M_Bremse), as n is a rotational speed.
 OF_TORQUE = frozenset(("motor", "brake", "hub", "drive", "shaft", "driveline"))
 OF_BATTERY = frozenset(("battery", "bat", "batt", "hv", "pack", "bms"))  # its current is no measure of a torque
+# Ways of a rule that name no source, and words of other columns beside which they may name another quantity: the power
+# of an electric car's log is that of its battery.
+UNSPECIFIC = {"power": OF_BATTERY | {"soc", "charger", "charging", "shift"}}
 NOT_DRIVEN = frozenset(("target", "max", "mean", "error", "status"))  # not the measured motion itself
 
 # Words of languages without blanks between words, Chinese, Japanese, Korean and Russian, and joined words.

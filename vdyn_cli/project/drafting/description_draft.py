@@ -135,6 +135,10 @@ def _read(step: Step, paths: Sequence[Path]) -> tuple[list[GuessedLog], list[Fin
                 clockless.append(guessed)
             problems.append(Finding(name, f"is not a log: {what}", remedy=remedy))
             continue
+        if not any(f.state in ("varies", "constant") for f in facts):
+            what = "no column but the time has values"
+            problems.append(Finding(name, what, remedy="record it again, or leave it out"))
+            continue
         logs.append(guessed)
     if clockless and len(clockless) == len(paths):  # they are read with a fixed rate
         return clockless, []
