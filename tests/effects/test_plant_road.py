@@ -185,3 +185,15 @@ def test_a_scaled_speed_is_scaled_back_where_it_drives_the_model():
         found.append(Simulator(model, parameters, (), (EFFECTS["speed_scale"],))(drive).outputs)
     assert found[1]["acceleration"] == pytest.approx(found[0]["acceleration"], rel=1e-12)
     assert found[1]["speed"] == pytest.approx(1.02 * found[0]["speed"], rel=1e-12)
+
+
+def test_a_speed_that_reads_too_high_makes_the_hills_of_an_elevation_too_flat():
+    values = car(VEHICLE, DRIVEN) | {"driveline_efficiency": 1.0, "recuperation_loss": 0.0, "speed_scale_error": 0.03}
+    model, time = road_load("torque", graded="elevation"), np.linspace(0.0, 20.0, 201)
+    read = []
+    for effects, flat in ((), 1.0), ((EFFECTS["speed_scale"],), 1.03):
+        inputs = {"grade": 0.02 * np.sin(time) / flat, "wind_speed": 0.0, "elapsed": 0.0, "drive_torque": 150.0}
+        drive = Drive(time, inputs, {"speed": 15.0}, {}, {"heading": 1.0, "temperature": 293.15})
+        parameters = {name: values[name] for name in (*model.parameters, *(n for e in effects for n in e.unknowns))}
+        read.append(Simulator(model, parameters, (), effects)(drive).outputs["speed"])
+    assert read[1] == pytest.approx(1.03 * read[0], rel=1e-9)

@@ -187,7 +187,7 @@ def shipped_models() -> tuple[Model, ...]:
             elif callable(value) and getattr(value, "__module__", "").startswith("vdyn_cli.physics.models"):
                 found += _variants(value)
     others = [model for model in found if model.name != "vehicle"]
-    return (*others, vehicle(), vehicle("rear", "sides", located=True, graded=True))
+    return (*others, vehicle(), vehicle("rear", "sides", located=True, graded="sensor"))
 
 
 def _variants(function: Any) -> list[Model]:

@@ -87,4 +87,4 @@ def test_a_grade_without_a_sensor_has_no_zero() -> None:
     one = tuple(e for e in catalog() if "logged_grade" in e.laws)
     assert one
     assert not applicable(road_load("torque"), one)
-    assert applicable(road_load("torque", graded=True), one) == one
+    assert applicable(road_load("torque", graded="sensor"), one) == one

@@ -2,9 +2,27 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from vdyn_cli.engine.maths import sqrt
-from vdyn_cli.engine.model_builder import Number, Signals
+from vdyn_cli.engine.model_builder import ModelBuilder, Number, Signals
 from vdyn_cli.quantities.constants import GRAVITY
+
+GradeSource = Literal["stated", "sensor", "elevation"]
+
+
+def read_grade(e: ModelBuilder, grade: Number, source: GradeSource) -> Number:
+    """The grade of an input, with the errors of its source.
+
+    Parameters
+    ----------
+    grade : rise over run. source : "stated" (without error), "sensor" in the car (law ``logged_grade``), or "elevation"
+        over the distance by the measured speed (law ``risen_grade``: a speed that reads too high flattens the hills).
+    """
+    if source == "stated":
+        return grade
+    made: Number = e("logged_grade" if source == "sensor" else "risen_grade", value=grade)
+    return made
 
 
 def climb(s: Signals) -> Number:

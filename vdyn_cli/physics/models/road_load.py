@@ -12,7 +12,7 @@ from vdyn_cli.engine.model_builder import ModelBuilder, Number, Signals
 from vdyn_cli.physics.laws.air_drag import air, gust_drag
 from vdyn_cli.physics.laws.brake import brake
 from vdyn_cli.physics.laws.driveline import drive, driveline, spin_loss
-from vdyn_cli.physics.laws.grade_resistance import climb, slope
+from vdyn_cli.physics.laws.grade_resistance import GradeSource, climb, read_grade, slope
 from vdyn_cli.physics.laws.rolling_resistance import rolling
 from vdyn_cli.physics.laws.wheel import read_gain
 from vdyn_cli.quantities.constants import GRAVITY
@@ -44,7 +44,7 @@ def road_load(
     resistances: Resistances = "coefficients",
     rolled: bool = False,
     changed: bool = False,
-    graded: bool = False,
+    graded: GradeSource = "stated",
 ) -> Model:
     """The longitudinal model.
 
@@ -66,7 +66,7 @@ def road_load(
         "coasted": from decelerations times the stated mass (the drag area changes as well).
     rolled : whether the speed was computed from a wheel's, by a radius that is the context ``read_radius`` (m).
     changed : whether the car was changed between two runs: the context ``changed`` is 1 with the change, else 0.
-    graded : whether a sensor in the car measured the grade; its reading is then the law ``logged_grade``.
+    graded : source of the grade (``read_grade``).
 
     Returns
     -------
@@ -107,9 +107,9 @@ def road_load(
     )
 
 
-def _grade(e: ModelBuilder, u: Signals, road: Sequence[str], graded: bool, sloped: bool) -> Number:
+def _grade(e: ModelBuilder, u: Signals, road: Sequence[str], graded: GradeSource, sloped: bool) -> Number:
     """The grade in the direction of driving, on which effects of the inputs ``road`` act; ``sloped``: + road_slope."""
-    logged = e("logged_grade", value=u.grade) if graded else u.grade
+    logged = read_grade(e, u.grade, graded)
     grade: Number = e("grade", value=logged, **{name: getattr(u, name) for name in road})
     if sloped:
         grade = e(slope, grade=grade, road_slope=e.p.road_slope)

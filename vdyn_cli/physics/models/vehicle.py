@@ -11,7 +11,7 @@ from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import ModelBuilder, Number, Signals
 from vdyn_cli.physics.laws.air_drag import air, gust_drag
 from vdyn_cli.physics.laws.driveline import drive, dry_loss, spin_loss
-from vdyn_cli.physics.laws.grade_resistance import climb
+from vdyn_cli.physics.laws.grade_resistance import GradeSource, climb, read_grade
 from vdyn_cli.physics.laws.standstill_friction import turned
 from vdyn_cli.physics.models.half_car import sprung_body
 from vdyn_cli.physics.models.vehicle_axle import Axle, Differential, driven_axle
@@ -49,7 +49,7 @@ def vehicle(
     torque: Torque = "axle",
     located: bool = False,
     differential: Differential = "open",
-    graded: bool = False,
+    graded: GradeSource = "stated",
 ) -> Model:
     """Rigid chassis with 6 degrees of freedom, 4 suspensions, 4 spinning wheels and a half-shaft to each driven one.
 
@@ -74,7 +74,7 @@ def vehicle(
         then also has road_begin and road_end, the range of the drives.
     differential : connection of the half-shafts of a driven axle, where ``torque`` is "axle": "open" (equal torques) or
         "locked" (equal speeds of their inner ends). Where both axles are driven, each has a motor and a differential.
-    graded : whether a sensor in the car measured the grade, so that the law ``logged_grade`` corrects its reading.
+    graded : source of the grade (``read_grade``).
 
     Returns
     -------
@@ -105,7 +105,7 @@ def vehicle(
 
 
 @cache
-def _vehicle(driven: Driven, torque: Torque, located: bool, differential: Differential, graded: bool) -> Model:
+def _vehicle(driven: Driven, torque: Torque, located: bool, differential: Differential, graded: GradeSource) -> Model:
     axles = AXLES if driven == "both" else (driven,)
     side_gears = SIDE_GEARS if torque == "axle" and differential == "open" else ()
     inputs = {"axle": ("drive_torque",), "sides": ("drive_torque_left", "drive_torque_right")}[torque]
@@ -141,7 +141,7 @@ def _vehicle(driven: Driven, torque: Torque, located: bool, differential: Differ
     )
 
 
-def _body(e: ModelBuilder, u: Signals, graded: bool) -> Body:
+def _body(e: ModelBuilder, u: Signals, graded: GradeSource) -> Body:
     """States of the chassis, initially at rest on the first sample's road heights."""
     p = e.p
     front, rear = (u.road_fl + u.road_fr) / 2, (u.road_rl + u.road_rr) / 2
@@ -149,8 +149,7 @@ def _body(e: ModelBuilder, u: Signals, graded: bool) -> Body:
     lean = ((u.road_fl - u.road_fr) / p.track_front + (u.road_rl - u.road_rr) / p.track_rear) / 2
     sprung, to_front = sprung_body(p.mass, p.cg_to_front, p.wheelbase, p.unsprung_mass_front, p.unsprung_mass_rear)
     position = e.state("position")
-    logged = e("logged_grade", value=u.grade) if graded else u.grade
-    grade = e("grade", value=logged, position=position)
+    grade = e("grade", value=read_grade(e, u.grade, graded), position=position)
     return Body(
         speed=e.state("speed"),
         lateral_speed=e.state("lateral_speed"),

@@ -11,6 +11,7 @@ import numpy as np
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Solution, Unknown
+from vdyn_cli.physics.laws.grade_resistance import GradeSource
 from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.quantities.arrays import Array, filled
@@ -115,10 +116,11 @@ class ValidateProblem(SimulatedProblem):
         """The roads from accelerometers; empty where they are not used.
 
         They are used for powered windows, and for whole drives that the simulation on the stated road misses (most
-        often because of hills) if these roads explain part of the error beside errors of load and torque.
+        often because of hills) if these roads explain part of the error beside errors of load and torque. Not beside
+        the grade of a logged elevation: what is left of the slope is then mostly a wrong gain or delay of the speed.
         """
         s = self.spec.settings
-        if self.given_roads is not None or s.model != "road_load":
+        if self.given_roads is not None or s.model != "road_load" or self.grades:
             return self.given_roads or DriveRoads()
         if s.windows:
             return sensed_roads(self.logs) if s.windows.powered else DriveRoads()
@@ -330,10 +332,12 @@ def _by_wheel(spec: ValidateSpec) -> bool:
     return "speed" not in spec.mapped and SPEED_OF_WHEEL.source in spec.mapped
 
 
-def _graded(problem: ValidateProblem) -> bool:
-    """Whether a sensor in the car measured the grade: it was neither computed from an elevation nor constant."""
+def _graded(problem: ValidateProblem) -> GradeSource:
+    """The source of the grade; a constant one of a mapped channel is stated."""
+    if problem.grades:
+        return "elevation"
     logged = [(log, log["grade"]) for log in problem.logs if "grade" in log and "grade" in problem.spec.mapped]
-    return any(float(np.ptp(filled(log.time, g))) > 0.0 for log, g in logged)
+    return "sensor" if any(float(np.ptp(filled(log.time, g))) > 0.0 for log, g in logged) else "stated"
 
 
 def _timed(model: Model) -> Model:
