@@ -106,7 +106,7 @@ BUMP = (
 )
 
 INERTIA = (
-    Cell("inertia", "", {"bearing_drag": 0.05}, "named", fast=True),
+    Cell("inertia", "", {"bearing_drag": 0.2}, "named", fast=True),
     *_each("inertia", "", "named", clock_offset=5e-3, hub_torque_delay=5e-3, hub_torque_lag=5e-3),
     *_each("inertia", "", "class", hub_torque_gain=5e-3, wheel_radius=5e-3, wheel_mass=2.0),
     *_each("inertia", "", "class", brake_drag=20.0, hub_torque_offset=20.0),

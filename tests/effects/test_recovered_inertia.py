@@ -34,6 +34,8 @@ HIDDEN = (
     Hidden("brake_drag", 15.0),
     Hidden("brake_drag_fading", 15.0),
     Hidden("bearing_drag", 0.2),
+    Hidden("bearing_warmup", 5.0),
+    Hidden("wheel_windage", 1e-3),
     Hidden("hub_torque_crosstalk", 0.01),
     Hidden("hub_torque_delay", 0.02),
     Hidden("hub_torque_gain", 0.02),

@@ -33,8 +33,8 @@ CANDIDATES = {
         torque_gain torque_lag torque_offset wheel_radius
     """,
     "inertia": """
-        bearing_drag brake_drag brake_drag_fading clock_offset hub_torque_crosstalk hub_torque_delay hub_torque_gain
-        hub_torque_lag hub_torque_offset torque_zero_drift wheel_mass wheel_radius
+        bearing_drag bearing_warmup brake_drag brake_drag_fading clock_offset hub_torque_crosstalk hub_torque_delay
+        hub_torque_gain hub_torque_lag hub_torque_offset torque_zero_drift wheel_mass wheel_radius wheel_windage
     """,
     "shaft": """
         backlash series_compliance torque_zero_drift

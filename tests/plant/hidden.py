@@ -181,6 +181,8 @@ BUMPED: Mapping[str, float] = {
 SPUN: Mapping[str, float] = {
     "brake_drag": 3.0,
     "bearing_drag": 0.1,
+    "bearing_warmup": 3.0,
+    "wheel_windage": 1e-3,
     "hub_torque_gain": 0.01,
     "hub_torque_offset": 3.0,
     "hub_torque_crosstalk": 2e-3,

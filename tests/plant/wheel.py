@@ -36,6 +36,8 @@ EFFECTS = {
     "brake_drag": "N m of rubbing brake behind the torque sensor",
     "brake_drag_fading": "N m of a brake that lets go within 15 s from the first sample on",
     "bearing_drag": "N m s/rad",
+    "bearing_warmup": "N m of a cold bearing that falls with a time constant of 15 s from the first sample on",
+    "wheel_windage": "N m s^2/rad^2 of air about the wheel",
     "hub_torque_gain": "1: the torque channel reads (1 + q) times the torque",
     "hub_torque_offset": "N m on the torque channel",
     "hub_torque_crosstalk": "N m on the torque channel per N of the vertical force at the hub",
@@ -51,6 +53,8 @@ EFFECTS = {
 SMALL = dict.fromkeys(EFFECTS, 1e-4) | {
     "brake_drag": 1.0,
     "brake_drag_fading": 1.0,
+    "bearing_warmup": 1.0,
+    "wheel_windage": 1e-5,
     "hub_torque_offset": 1.0,
     "torque_zero_drift": 0.01,
     "hub_torque_lag": 1e-3,
@@ -130,7 +134,9 @@ def noise_free(vehicle: Vehicle, drive: Drive, effects: Mapping[str, float] | No
     torque = vehicle.wheel_inertia * np.gradient(turning, FINE, edge_order=2)
     torque += force * radius + vehicle.rolling_resistance * load * radius
     torque += effects.get("brake_drag", 0.0) + effects.get("bearing_drag", 0.0) * turning
-    torque += effects.get("brake_drag_fading", 0.0) * np.exp(-(clock - drive.times[0]) / 15.0)
+    fading = effects.get("brake_drag_fading", 0.0) + effects.get("bearing_warmup", 0.0)
+    torque += fading * np.exp(-(clock - drive.times[0]) / 15.0)
+    torque += effects.get("wheel_windage", 0.0) * turning**2
     torque += effects.get("drag_bump", 0.0) * np.exp(-0.5 * ((turning - 45.0) / 3.0) ** 2)
     torque = torque * (1.0 + effects.get("hub_torque_gain", 0.0)) + effects.get("hub_torque_offset", 0.0)
     torque += effects.get("hub_torque_crosstalk", 0.0) * (load - heavy * GRAVITY)

@@ -7,7 +7,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     reference="wheel bearings with seals: 0.5 to 2 N m at 50 rad/s; a damaged one several times that",
     label="a bearing that drags",
     signature="The torque residual increases with wheel speed.",
-    alike=("brake_drag", "hub_torque_offset", "rolling_resistance"),
+    alike=("brake_drag", "hub_torque_offset", "rolling_resistance", "wheel_windage"),
     confirm="Jack the wheel up, spin it and measure its deceleration.",
     tags={"of_a_car", "wheel_spin"},
 )

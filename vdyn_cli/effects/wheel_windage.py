@@ -8,9 +8,9 @@ from vdyn_cli.engine.maths import fabs
     reference="ventilation of a car's wheel: 1 to 5 N m at 100 rad/s (Wickern et al., SAE 970133)",
     label="wheel windage",
     signature="The torque residual increases with the square of the wheel's speed.",
-    alike=("bearing_drag",),
+    alike=("bearing_drag", "bearing_warmup"),
     confirm="Spin the wheel with its spokes covered by a disc.",
-    tags={"free_wheel_spin"},
+    tags={"wheel_spin"},
 )
 def wheel_windage(bearing: Law, s: Signals, q: Signals) -> Number:
     """Aerodynamic drag torque of spokes and tread, proportional to the squared speed.

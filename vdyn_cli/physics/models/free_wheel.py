@@ -17,19 +17,20 @@ def _assemble(e: ModelBuilder, u: Signals) -> None:
     """The wheel's speed from the torque at its hub, with a drag by the measured speed, whose noise matters little."""
     p = e.p
     speed, run_time = u.wheel_speed, e.state("run_time")
+    sense = turned(speed)
     drag = e(
         bearing_drag_torque,
         bearing_torque=p.bearing_torque,
         bearing_viscous=p.bearing_viscous,
         wheel_speed=speed,
-        sense=turned(speed),
+        sense=sense,
     )
     torque = e("hub_torque", value=u.hub_torque, run_time=run_time) - p.hub_torque_zero
     per_reading = e("hub_torque", value=1.0, run_time=run_time) - e("hub_torque", value=0.0, run_time=run_time)
     turning = e(
         free_wheel_spin,
         hub_torque=torque,
-        bearing_torque=e(bearing, bearing_torque=drag, wheel_speed=speed),
+        bearing_torque=e(bearing, bearing_torque=drag, wheel_speed=speed, sense=sense, run_time=run_time),
         wheel_inertia=p.wheel_inertia,
     )
     e.integrate(wheel_speed=turning, run_time=1.0)

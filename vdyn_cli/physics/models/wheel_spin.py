@@ -27,7 +27,9 @@ def _assemble(e: ModelBuilder, u: Signals) -> None:
     speed, driven, carried = e.state("wheel_speed", u.wheel_speed), e.state("driven"), e.state("carried")
     rim = speed * p.wheel_radius
     run_time = e.state("run_time")
-    pads = e(brake, brake_force=0.0, speed=rim, sense=turned(rim), share=1.0, run_time=run_time)
+    sense = turned(rim)
+    pads = e(brake, brake_force=0.0, speed=rim, sense=sense, share=1.0, run_time=run_time)
+    drag = e(bearing, bearing_torque=0.0, wheel_speed=speed, sense=sense, run_time=run_time)
     rubbing = pads * p.wheel_radius
     acceleration = e("acceleration", value=u.acceleration)
     load = e("hub_force_z", value=u.hub_force_z)
@@ -38,7 +40,7 @@ def _assemble(e: ModelBuilder, u: Signals) -> None:
         hub_force_x=e("hub_force_x", value=u.hub_force_x),
         hub_force_z=load,
         acceleration=acceleration,
-        bearing_torque=e(bearing, bearing_torque=0.0, wheel_speed=speed) + rubbing,
+        bearing_torque=drag + rubbing,
         wheel_mass=p.wheel_mass,
         wheel_radius=p.wheel_radius,
         rolling_resistance=p.rolling_resistance,
