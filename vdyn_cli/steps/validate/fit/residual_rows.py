@@ -90,8 +90,10 @@ class RowLayout:
 
     def speeds_of(self, values: Mapping[str, Array]) -> Array:
         """Errors (speeds, m, ...) of the speeds at the kept samples, m/s."""
-        read = np.array([values[n][self.keep] * (1.0 if n == "speed" else self.radius) for n in self.speeds])
-        return read * self.slipping.reshape(*self.slipping.shape, *[1] * (read.ndim - 2))
+        read = np.array([values[n][self.keep] for n in self.speeds])
+        read[[n != "speed" for n in self.speeds]] *= self.radius
+        read *= self.slipping.reshape(*self.slipping.shape, *[1] * (read.ndim - 2))
+        return read
 
     def slow(self, values: Mapping[str, Array], bins: Bins | None = None, speeds: Array | None = None) -> Array:
         """The common error (b, ...), m/s, followed by the specific force (b, ...), m/s^2, averaged over the bins.
@@ -107,21 +109,21 @@ class RowLayout:
 
     def fast(self, values: Mapping[str, Array], speeds: Array | None = None) -> Array:
         """The fast rows (r, f, ...), each in units of its sensor's noise; ``speeds`` as in ``slow``."""
-        columns = []
+        columns, mean = list[Array](), self.fine.mean
         if len(self.speeds) > 1:
             speeds = self.speeds_of(values) if speeds is None else speeds
-            scaled = speeds / self._sigma.reshape(-1, *[1] * (speeds.ndim - 1))
+            scaled = np.array([mean(s) / sigma for s, sigma in zip(speeds, self._sigma, strict=True)])
             columns += list(np.tensordot(self._contrasts.T, scaled, 1))
-        columns += [values[n][self.keep] / self.levels[n] for n in self.others]
+        columns += [mean(values[n][self.keep]) / self.levels[n] for n in self.others]
         if self.force:
             force = values["acceleration"][self.keep]
             within = force - np.repeat(self.bins.mean(force), self.bins.count, axis=0)
-            columns.append(within / self.levels["acceleration"])
-        count = np.sqrt(self.fine.count.astype(float))
-        rows = [self.fine.mean(c) * count.reshape(-1, *[1] * (c.ndim - 1)) for c in columns]
-        if not rows:
+            columns.append(mean(within) / self.levels["acceleration"])
+        if not columns:
             return np.zeros((self.fine.count.size, 0, *next(iter(values.values())).shape[1:]))
-        return np.stack(rows, axis=1)
+        rows = np.stack(columns, axis=1)
+        rows *= np.sqrt(self.fine.count.astype(float)).reshape(-1, *[1] * (rows.ndim - 1))
+        return rows
 
 
 def row_layout(

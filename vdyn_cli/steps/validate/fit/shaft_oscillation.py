@@ -31,9 +31,14 @@ class ShaftOscillation:
 
     def white(self, p: RowLayout, values: Mapping[str, Array]) -> tuple[Array, Array]:
         """Times (r,) and whitened rows (r, shafts, ...) of the shafts' torque minus its mean over each fast row."""
-        rows, whole = self.prewhitener.white(_oscillating(p, values), p.part), self.prewhitener.whole(p.part)
-        shown = self.shown[whole]
-        return p.time[whole][shown], rows[shown]
+        lags = len(self.prewhitener.weights)
+        used = np.convolve(self.shown, np.ones(lags + 1))[lags:] > 0.5  # the rows shown and those that predict them
+        near = np.flatnonzero(used)
+        part = p.part[near] + np.cumsum(np.diff(near, prepend=near[:1]) > 1)  # a new one after each gap
+        whole = self.prewhitener.whole(part)
+        shown = self.shown[near[whole]]
+        rows = self.prewhitener.white(_oscillating(p, values, near), part)
+        return p.time[near[whole[shown]]], rows[shown]
 
 
 def shaft_oscillation(
@@ -56,15 +61,19 @@ def shaft_oscillation(
     shown = (last >= 0) & (p.time - at[np.maximum(last, 0)] < AFTER) if at.size else np.zeros(p.time.size, dtype=bool)
     if np.count_nonzero(shown) < 2 * LAGS:
         return None
-    return ShaftOscillation(
-        shown, prewhitener(_oscillating(p, {n: v[:, None] for n, v in perturbed.items()})[:, :, 0], LAGS)
-    )
+    return ShaftOscillation(shown, prewhitener(_oscillating(p, perturbed, np.arange(p.time.size)), LAGS))
 
 
-def _oscillating(p: RowLayout, values: Mapping[str, Array]) -> Array:
-    """Torques (m, shafts, ...) minus their means over each fast row, in units of their sensors' noise."""
+def _oscillating(p: RowLayout, values: Mapping[str, Array], at: NDArray[np.intp]) -> Array:
+    """Torques (r, shafts, ...) minus their means over each fast row, in units of their sensors' noise.
+
+    Parameters
+    ----------
+    at : (r,) indices of the kept samples.
+    """
+    row = np.repeat(np.arange(p.fine.count.size), p.fine.count)[at]
     columns = []
     for name in p.others:
-        kept = values[name][p.keep] / p.levels[name]
-        columns.append(kept - np.repeat(p.fine.mean(kept), p.fine.count, axis=0))
+        kept = values[name][p.keep]
+        columns.append((kept[at] - p.fine.mean(kept)[row]) / p.levels[name])
     return np.stack(columns, axis=1)

@@ -73,7 +73,7 @@ class SegmentWhitening:
             at, rows = self.oscillation.white(p, both)
             flat = np.vstack([flat, rows.reshape(-1, rows.shape[-1]) / self.caution])
             times = np.concatenate([times, np.repeat(at, rows.shape[1])])
-        speed = p.bins.mean(both["speed"][p.keep]) if "speed" in both else slow[: p.bins.time.size]
+        speed = p.bins.mean(speeds[p.speeds.index("speed")]) if "speed" in both else slow[: p.bins.time.size]
         return Rows(
             np.concatenate([residual, flat[:, -1]]),
             np.vstack([jacobian, flat[:, :-1]]),
