@@ -20,9 +20,9 @@ def found(campaign: Campaign) -> Information:
     base = strategy.fitted(())
     assert base is not None
     model = strategy.model
-    every = {n: model.amplitudes(n) for n in (*NAMES, *model.setup.families)}
-    made = information(base.system, model.base, every, list(model.setup.families))
-    scored = model.scores(base, [*NAMES, *model.setup.families])
+    every = {n: model.amplitudes(n) for n in (*NAMES, *model.setup.free_profiles)}
+    made = information(base.system, model.base_unknowns, every, list(model.setup.free_profiles))
+    scored = model.scores(base, [*NAMES, *model.setup.free_profiles])
     for name in every:  # the same statistics as the score test
         assert made.statistic(name)[0] == pytest.approx(scored.statistic[name], rel=1e-4, abs=1e-6)
         assert made.statistic(name)[1] == scored.rank[name]

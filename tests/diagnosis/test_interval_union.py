@@ -90,7 +90,7 @@ def test_a_shape_that_no_effect_explains_is_in_the_interval(seed: int):
     base = strategy.fitted(())
     assert base is not None
     every = unexplained_biases(strategy.model, base)
-    (element, *_), *_ = (family.on for family in strategy.model.setup.families.values())
+    (element, *_), *_ = (family.on for family in strategy.model.setup.free_profiles.values())
     assert len(unexplained_biases(strategy.model, base, (element,))) <= len(every)
     assert len(unexplained_biases(strategy.model, base, ("another",))) == len(every)
     halves = half_widths(every)

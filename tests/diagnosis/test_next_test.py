@@ -56,7 +56,7 @@ def bench(vehicle: Vehicle, days: Driven, hidden: Mapping[str, float], folder: P
 
 
 def beside(of: Strategy, hidden: Mapping[str, float], rival: str) -> tuple[Contrast, ...]:
-    return (Contrast(hidden, (*of.model.base, *of.model.amplitudes(rival))),)
+    return (Contrast(hidden, (*of.model.base_unknowns, *of.model.amplitudes(rival))),)
 
 
 def least(vehicle: Vehicle, days: Driven, hidden: Mapping[str, float], *names: str) -> dict[str, float]:
@@ -147,7 +147,7 @@ def test_drag_that_the_baseline_calls_its_own_is_promised_to_nobody(tmp_path: Pa
     made = bench(random_vehicle(1), [(1, SHORT)], {}, tmp_path)
     verdict, tests = told(made)
     assert "extra_drag_area" in {i.effect for i in verdict.untestable}
-    base = [Contrast({"extra_drag_area": 0.3}, made.model.base)]
+    base = [Contrast({"extra_drag_area": 0.3}, made.model.base_unknowns)]
     plan = ExperimentDesigner(made).best(base)
     assert plan is not None
     assert plan.t < 0.1
@@ -160,8 +160,8 @@ def test_drag_that_the_baseline_calls_its_own_is_promised_to_nobody(tmp_path: Pa
 
 def test_with_the_drag_known_it_is_promised(tmp_path: Path) -> None:
     made = bench(random_vehicle(1), [(1, SHORT)], {}, tmp_path, fixed=True)
-    assert "drag_area" not in made.model.base
-    plan = ExperimentDesigner(made).best([Contrast({"extra_drag_area": 0.1}, made.model.base)])
+    assert "drag_area" not in made.model.base_unknowns
+    plan = ExperimentDesigner(made).best([Contrast({"extra_drag_area": 0.1}, made.model.base_unknowns)])
     assert plan is not None
     assert plan.t >= POLICY.separated_t
 
@@ -204,7 +204,7 @@ def designed(*manoeuvres: Manoeuvre) -> ExperimentDesigner:
 
 def test_information_adds_up_over_runs() -> None:
     designer = designed(lines({"slope": 3.0}))
-    asked = [Contrast({"slope": 0.2}, (*designer.strategy.model.base, "wind"))]
+    asked = [Contrast({"slope": 0.2}, (*designer.strategy.model.base_unknowns, "wind"))]
     now, plan = designer.now(asked), designer.best(asked)
     assert plan is not None
     assert plan.t == pytest.approx(np.sqrt(now**2 + plan.runs * (3.0 * 0.2) ** 2), rel=1e-6)

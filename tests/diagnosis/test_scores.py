@@ -30,7 +30,7 @@ def seen(campaign: Campaign, causes: Mapping[str, Sequence[str]] = CAUSES) -> Sc
 
 def left_over(made: LinearizedSystem, names: Sequence[str]) -> float:
     """Residual sum of squares of a fit of these unknowns and of the runs' own."""
-    columns = made.of([*names, *(n for n in made.names if "#" in n)])
+    columns = made.columns_of([*names, *(n for n in made.names if "#" in n)])
     return float(np.sum((made.y - columns @ np.linalg.lstsq(columns, made.y, rcond=1e-10)[0]) ** 2))
 
 
@@ -50,7 +50,7 @@ def test_the_statistic_is_the_classical_one(runs: int, kind: str) -> None:
 def test_the_estimate_is_that_of_the_fit_with_the_candidate_in() -> None:
     made = system_of(Campaign(2, hidden={"slope": 0.8}))
     found = scores(made, list(BASE), CAUSES)
-    columns = made.of([*BASE, "slope", *(n for n in made.names if "#" in n)])
+    columns = made.columns_of([*BASE, "slope", *(n for n in made.names if "#" in n)])
     information = columns.T @ columns
     fitted = np.linalg.solve(information, columns.T @ made.y)
     assert found.estimate["slope"][0] == pytest.approx(fitted[2])
@@ -61,8 +61,8 @@ def test_the_estimate_is_that_of_the_fit_with_the_candidate_in() -> None:
 def test_visibility_is_the_share_that_refitting_cannot_absorb() -> None:
     made = system_of(Campaign(3, runs=6))
     found = scores(made, list(BASE), CAUSES)
-    basis = made.of([*BASE, *(n for n in made.names if "#" in n)])
-    wave = made.of(["wave"])[:, 0]
+    basis = made.columns_of([*BASE, *(n for n in made.names if "#" in n)])
+    wave = made.columns_of(["wave"])[:, 0]
     left = wave - basis @ np.linalg.lstsq(basis, wave, rcond=1e-10)[0]
     assert found.visibility["wave"] == pytest.approx(np.linalg.norm(left) / np.linalg.norm(wave))
     assert found.visibility["slope"] > 0.85  # turns with the direction, as nothing of the baseline does
@@ -105,7 +105,7 @@ def test_unknowns_that_the_baseline_imitates_together_cost_a_rank() -> None:
 
 def test_an_effect_is_absorbed_by_what_is_fitted() -> None:
     made = system_of(Campaign(8), {"copy_of_bend": ["copy_of_bend"]})
-    trace = made.of(["copy_of_bend"])[:, 0]
+    trace = made.columns_of(["copy_of_bend"])[:, 0]
     np.testing.assert_allclose(omitted_effect_bias(made, list(BASE), trace), [0.0, 3.0], atol=1e-9)
 
 
@@ -144,12 +144,12 @@ def test_flips_are_those_of_effective_traces_projected_again(name: str) -> None:
     """T(g)^2 is the classical statistic of the sensitivity with flipped units, projected again on the baseline."""
     made = system_of(Campaign(9, runs=9, own=False, hidden={"slope": 0.15})).by_run()
     found = scores(made, list(BASE), CAUSES)
-    basis = np.linalg.qr(made.of(list(BASE)))[0]
+    basis = np.linalg.qr(made.columns_of(list(BASE)))[0]
 
     def out(v: np.ndarray) -> np.ndarray:
         return np.asarray(v - basis @ (basis.T @ v))
 
-    trace, y = out(made.of(CAUSES[name])), out(made.y)
+    trace, y = out(made.columns_of(CAUSES[name])), out(made.y)
     reached = []
     for g in signs(made.units, POLICY.sign_draws):
         turned = out(trace * g[made.label][:, None])

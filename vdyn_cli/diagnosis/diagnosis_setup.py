@@ -110,7 +110,7 @@ class DiagnosisSetup:
         return {e.name: e for e in self.effects}
 
     @cached_property
-    def families(self) -> Mapping[str, Effect]:
+    def free_profiles(self) -> Mapping[str, Effect]:
         """The free profiles by name."""
         return {e.name: e for e in self.profiles}
 

@@ -21,7 +21,7 @@ def evidence(found: Detection) -> Evidence:
     """The number and kind of independent units of the test."""
     system, least = found.system, found.scores.smallest_p()
     return Evidence(
-        unit=system.kind, units=system.units, stated=system.stated, worth=system.effective_units, smallest_p=least
+        unit=system.kind, units=system.units, stated=system.prior_units, worth=system.effective_units, smallest_p=least
     )
 
 

@@ -29,7 +29,7 @@ def untestable(model: FullModel, base: FittedModel, found: Scores) -> tuple[NotT
     result = []
     for name, effect in model.setup.candidates.items():
         unknown = model.amplitudes(name)[0]
-        sensitivity = base.system.of([unknown])[:, 0]
+        sensitivity = base.system.columns_of([unknown])[:, 0]
         why = obstacle(model, found, name)
         if why in (None, "nuisance") or not np.any(sensitivity):
             continue
@@ -50,8 +50,12 @@ def biased(model: FullModel, base: FittedModel, unknown: str, amplitude: float) 
     ----------
     unknown : amplitude of the effect. base : fit of the model without it, on whose linearization the bias is computed.
     """
-    moved = amplitude * omitted_effect_bias(base.system, model.base, base.system.of([unknown])[:, 0])
-    return {n: float(m) for n, m in zip(model.base, moved, strict=True) if abs(m) > NOTICEABLE * base.solution.std[n]}
+    moved = amplitude * omitted_effect_bias(base.system, model.base_unknowns, base.system.columns_of([unknown])[:, 0])
+    return {
+        n: float(m)
+        for n, m in zip(model.base_unknowns, moved, strict=True)
+        if abs(m) > NOTICEABLE * base.solution.std[n]
+    }
 
 
 def lacking_channels(setup: DiagnosisSetup) -> tuple[NotTestable, ...]:
@@ -66,7 +70,7 @@ def _because(model: FullModel, why: Obstacle, visibility: float, like: str) -> s
     run, share = model.setup.run, f"{100 * visibility:.2g} % of its sensitivity"
     if why == "runs":
         fewest = fewest_runs(model.setup.level)
-        return f"it varies between {run}s: {model.runs} {run}s are too few to test it (needed: {fewest})"
+        return f"it varies between {run}s: {model.run_count} {run}s are too few to test it (needed: {fewest})"
     if why == "collinear":
         if visibility <= COLLINEAR:
             return f"exactly collinear with {like}"

@@ -49,7 +49,7 @@ def detect(strategy: Strategy, at: FittedModel) -> Detection:
     """
     model = strategy.model
     names = [n for n in model.setup.candidates if n not in at.effects]
-    found = model.scores(at, [*names, *model.setup.families])
+    found = model.scores(at, [*names, *model.setup.free_profiles])
     testable = tuple(n for n in names if is_testable(model, found, n))
     chance = p_value(model, at, found, testable, scaled=True)
     if model.setup.far_off and not at.effects:  # scores mean little then, and an error is certain
@@ -71,7 +71,7 @@ def p_value(model: FullModel, at: FittedModel, found: Scores, names: Sequence[st
     kind = {n: model.setup.candidates[n].kind for n in names}
     within = [n for n in names if kind[n] == "within_run"]
     between = [n for n in names if kind[n] == "between_run" and _enough_runs(model)]
-    profiles = [n for n in model.setup.families if found.rank[n]]
+    profiles = [n for n in model.setup.free_profiles if found.rank[n]]
     tests = []  # share and p value of each family
     if within:
         tests.append((POLICY.named_share, found.p_value(within, scaled=scaled)))
@@ -136,4 +136,4 @@ def fewest_runs(level: float) -> int:
 
 
 def _enough_runs(model: FullModel) -> bool:
-    return model.runs >= fewest_runs(model.setup.level)
+    return model.run_count >= fewest_runs(model.setup.level)

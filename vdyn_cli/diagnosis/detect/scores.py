@@ -139,8 +139,8 @@ class Scores:
 def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[str, Sequence[str]]) -> Scores:
     """Score tests of candidates, each with its unknowns, beside the ``fitted`` unknowns and every run's own."""
     beside, names = Projection(system, fitted), tuple(candidates)
-    whole = system.of([n for name in names for n in candidates[name]])
-    groups, left = column_groups(candidates), visible_only(whole, beside.without(whole))
+    whole = system.columns_of([n for name in names for n in candidates[name]])
+    groups, left = column_groups(candidates), visible_only(whole, beside.orthogonal(whole))
     visibility, stated, statistic, rank, estimate, spread = {}, {}, {}, {}, {}, {}
     measured = system.run >= 0
     priors = left[~measured[system.label]]
@@ -172,7 +172,7 @@ def omitted_effect_bias(system: LinearizedSystem, fitted: Sequence[str], column:
     -----
     Least squares b = argmin |column - J b|^2 over the fitted and the runs' own unknowns.
     """
-    return np.asarray(np.linalg.lstsq(system.of([*fitted, *system.own]), column, rcond=None)[0][: len(fitted)])
+    return np.asarray(np.linalg.lstsq(system.columns_of([*fitted, *system.own]), column, rcond=None)[0][: len(fitted)])
 
 
 def signs(units: int, draws: int) -> Array:

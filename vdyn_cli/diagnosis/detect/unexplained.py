@@ -44,15 +44,15 @@ def unexplained_biases(model: FullModel, at: FittedModel, elements: Iterable[str
     ----------
     elements : those at fault, where they are known: only profiles of them count, all where they have none.
     """
-    every = model.setup.families
-    families = [name for name, one in every.items() if set(one.on) & set(elements)] or list(every)
-    system, fitted = at.system, model.with_base(at.effects)
+    every = model.setup.free_profiles
+    profiles = [name for name, one in every.items() if set(one.on) & set(elements)] or list(every)
+    system, fitted = at.system, model.fitted_unknowns(at.effects)
     beside, found = Projection(system, fitted), []
-    known = system.of([*fitted, *system.own])
-    for family in families:
-        coefficients = system.of(model.amplitudes(family))
+    known = system.columns_of([*fitted, *system.own])
+    for profile in profiles:
+        coefficients = system.columns_of(model.amplitudes(profile))
         whole = coefficients @ walk(coefficients.shape[1])
-        size, visible = unexplained_size(whole, beside.without(whole), beside.y)
+        size, visible = unexplained_size(whole, beside.orthogonal(whole), beside.y)
         if size > 0.0:
             parts = t_quantile(visible) * size * least_squares(known, whole, ROUNDING)
             found.append({n: parts[i] for i, n in enumerate(fitted)})

@@ -87,8 +87,8 @@ def information(system: LinearizedSystem, fitted: Sequence[str], columns: Mappin
     columns : names of the unknowns of each candidate and profile. profiles : names of the profiles among them.
     """
     beside = Projection(system, fitted)
-    whole = system.of([n for each in columns.values() for n in each])
-    left = visible_only(whole, beside.without(whole))
+    whole = system.columns_of([n for each in columns.values() for n in each])
+    left = visible_only(whole, beside.orthogonal(whole))
     return Information(left.T @ left, left.T @ beside.y, column_groups(columns), frozenset(profiles))
 
 

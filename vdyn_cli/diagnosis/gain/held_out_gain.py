@@ -114,7 +114,7 @@ def held_out_gain(
     selection = selection or Selection(extended.effects, base)
     priors, model = strategy.prior_values, strategy.model
     folds = _Folds(base, POLICY.fewest_predicted_runs if priors else POLICY.fewest_runs_left_out)
-    if folds.of(base).leaves_blocks and folds.count < POLICY.fewest_blocks_left_out:
+    if folds.cross_validation(base).leaves_blocks and folds.count < POLICY.fewest_blocks_left_out:
         return None
     answer = folds.comparable(strategy.relinearized(extended), extended)
     without = folds.comparable(strategy.predicted(answer, (), {}), base)
@@ -123,8 +123,8 @@ def held_out_gain(
     predictions, refits = _Errors([], []), _Errors([], [])
     for k in range(folds.count):
         at, chosen = _fold_model(strategy, folds, k, selecting, extended, answer)
-        values = _values(folds, at, k, model.with_base(chosen))
-        refits.before.append(_error(folds, without, k, _values(folds, without, k, model.base)))
+        values = _values(folds, at, k, model.fitted_unknowns(chosen))
+        refits.before.append(_error(folds, without, k, _values(folds, without, k, model.base_unknowns)))
         refits.after.append(_error(folds, at, k, values))
         if priors:
             values |= priors
@@ -141,9 +141,9 @@ class _Folds:
     def __init__(self, base: FittedModel, fewest: int) -> None:
         self.fewest = fewest
         self._cut: dict[int, CrossValidation] = {}
-        self.count = len(self.of(base).folds)
+        self.count = len(self.cross_validation(base).folds)
 
-    def of(self, fit: FittedModel) -> CrossValidation:
+    def cross_validation(self, fit: FittedModel) -> CrossValidation:
         return self._cut.setdefault(id(fit.system), CrossValidation(fit.system, self.fewest))
 
     def run(self, fold: int) -> int:
@@ -152,7 +152,7 @@ class _Folds:
 
     def comparable(self, fit: FittedModel | None, fallback: FittedModel) -> FittedModel:
         """The fit if it is cut into as many folds as the baseline, else ``fallback``."""
-        return fit if fit is not None and len(self.of(fit).folds) == self.count else fallback
+        return fit if fit is not None and len(self.cross_validation(fit).folds) == self.count else fallback
 
 
 def _fold_model(
@@ -176,7 +176,7 @@ def _fold_model(
     if rival is None:  # nor would the fold have chosen an effect that the whole data exclude
         return answer, effects
     both = folds.comparable(rival, answer), answer
-    at = min(both, key=lambda one: _misfit(folds, one, fold, strategy.model.with_base(one.effects)))
+    at = min(both, key=lambda one: _misfit(folds, one, fold, strategy.model.fitted_unknowns(one.effects)))
     return at, at.effects
 
 
@@ -212,14 +212,16 @@ def _selected(
     beside a large one is not visible in the baseline's sensitivities. It stops at the number of effects of the answer.
     """
     model, found, at = strategy.model, list[str](), selecting.at
-    every = {n: model.amplitudes(n) for n in (*selecting.candidates, *model.setup.families)}
-    found_here = information(folds.of(at).training(fold), model.base, every, list(model.setup.families))
+    every = {n: model.amplitudes(n) for n in (*selecting.candidates, *model.setup.free_profiles)}
+    found_here = information(
+        folds.cross_validation(at).training(fold), model.base_unknowns, every, list(model.setup.free_profiles)
+    )
     chosen = sufficient(found_here, selecting.candidates, len(answer))
     if chosen is not None:
         return chosen
     for _ in answer:
         others = {n: model.amplitudes(n) for n in selecting.candidates if n not in found}
-        scored = scores(folds.of(at).training_by_unit(fold), model.with_base(found), others)
+        scored = scores(folds.cross_validation(at).training_by_unit(fold), model.fitted_unknowns(found), others)
         best = scored.strongest()
         if best is None or scored.evidence[best] < POLICY.pair_evidence:
             break
@@ -231,16 +233,16 @@ def _selected(
 
 def _values(folds: _Folds, at: FittedModel, fold: int, names: Sequence[str]) -> dict[str, float]:
     """Shared unknowns by a fit to all rows outside the fold."""
-    rest = folds.of(at).training(fold)
-    step = least_squares(rest.of([*names, *rest.own]), rest.y, DEPENDENT)
+    rest = folds.cross_validation(at).training(fold)
+    step = least_squares(rest.columns_of([*names, *rest.own]), rest.y, DEPENDENT)
     point = _point(at.runs)
     return {n: point[n] + move for n, move in zip(names, step.tolist(), strict=False)}
 
 
 def _misfit(folds: _Folds, at: FittedModel, fold: int, names: Sequence[str]) -> float:
     """Residual sum of squares of a fit to all rows outside the fold."""
-    rest = folds.of(at).training(fold)
-    columns = rest.of([*names, *rest.own])
+    rest = folds.cross_validation(at).training(fold)
+    columns = rest.columns_of([*names, *rest.own])
     return float(np.sum((rest.y - columns @ least_squares(columns, rest.y, DEPENDENT)) ** 2))
 
 
@@ -255,14 +257,14 @@ def _error(
 
     The run's own unknowns are fitted to it or, if ``as_measured``, at their starting values.
     """
-    system, (run, rows), point = at.system, folds.of(at).folds[fold], _point(at.runs)
+    system, (run, rows), point = at.system, folds.cross_validation(at).folds[fold], _point(at.runs)
     step = {n: value - point[n] for n, value in values.items()}
     start = _start(at.runs) if as_measured else None
     if run >= 0:
         parts = at.runs.regression.wholes[run]
         return _together([_error_of_run(at.runs, k, step, None if start is None else start[k]) for k in parts])
-    left = system.y - system.of(list(step)) @ np.array(list(step.values()))
-    mine = system.of(system.own)
+    left = system.y - system.columns_of(list(step)) @ np.array(list(step.values()))
+    mine = system.columns_of(system.own)
     left = left - mine @ (least_squares(mine[~rows], left[~rows], DEPENDENT) if start is None else start.ravel())
     count = float(np.sum(system.counts[np.unique(system.label[rows])]))
     return _HeldOutError(float(left[rows] @ left[rows]), count)

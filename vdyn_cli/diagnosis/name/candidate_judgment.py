@@ -87,7 +87,7 @@ def _insufficient(strategy: Strategy, found: Detection) -> str:
         return f"{setup.too_short}; effects are confounded in runs this short"
     if setup.mixed_directions:
         return f"{setup.mixed_directions}: wind, slope and resistance are confounded"
-    units = system.units - system.stated
+    units = system.units - system.prior_units
     unit = f"{system.kind}{'s' if units != 1 else ''}"
     if units < POLICY.fewest_units or system.effective_units < POLICY.fewest_effective_units:
         needed = f"needed: {POLICY.fewest_units}, effective number {POLICY.fewest_effective_units:g}"

@@ -127,10 +127,10 @@ def candidate_model(strategy: Strategy, effects: Sequence[str], below: float = i
     model, fitted = strategy.model, strategy.fitted(effects, below)
     if fitted is None or any(_wrong_sign(model, fitted, e) for e in effects):
         return None
-    candidates, families = model.setup.candidates, model.setup.families
-    found = model.scores(fitted, [*candidates, *families])
+    candidates, profiles = model.setup.candidates, model.setup.free_profiles
+    found = model.scores(fitted, [*candidates, *profiles])
     others = [n for n in candidates if n not in effects and is_testable(model, found, n)]
-    strongest = found.strongest([*others, *families])
+    strongest = found.strongest([*others, *profiles])
     explained = _explained(strategy, fitted)
     share = inf
     if strongest and explained > 0:
@@ -198,7 +198,9 @@ def pairs(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection)
     latencies = {n: t.fitted for t in tried for n in t.effects if strategy.nonlinear and model.by_name[n].latency}
     evidence |= {n: max(evidence[n], sqrt(max(_gained(strategy, fit), 0.0))) for n, fit in latencies.items()}
     names = sorted((n for n in evidence if evidence[n] > POLICY.pair_evidence), key=lambda n: -evidence[n])
-    made = [t.fitted for t in tried] + [f for n in model.setup.families if (f := strategy.fitted((n,))) is not None]
+    made = [t.fitted for t in tried] + [
+        f for n in model.setup.free_profiles if (f := strategy.fitted((n,))) is not None
+    ]
     least = min((f.solution.cost for f in made), default=inf)
     below = hopeless_cost(strategy.base.solution.cost, least)
     best = _best_pairs(strategy, names[: POLICY.pair_pool], latencies)
@@ -227,7 +229,7 @@ def _best_pairs(
         alone = model.scores(base, [one])
         at = base if about is None else latencies[about]
         gained = alone.statistic[one] if about is None else _gained(strategy, at)
-        beside = scores(at.system, [*model.base, *model.amplitudes(one)], {other: model.amplitudes(other)})
+        beside = scores(at.system, [*model.base_unknowns, *model.amplitudes(one)], {other: model.amplitudes(other)})
         explained[first, second] = float(
             equivalent(gained + beside.statistic[other], alone.rank[one] + beside.rank[other])
         )
@@ -285,16 +287,16 @@ def catalog_falls_short(strategy: Strategy, tried: CandidateModel) -> bool:
     To first order about the fit ``tried``: what a free profile would explain beside all candidates.
     """
     model = strategy.model
-    candidates, families = model.setup.candidates, model.setup.families
+    candidates, profiles = model.setup.candidates, model.setup.free_profiles
     others = [n for n in candidates if n not in tried.effects]
-    free = [*model.with_base(tried.effects), *(a for n in others for a in model.amplitudes(n))]
+    fitted, amplitudes = model.fitted_unknowns(tried.effects), [a for n in others for a in model.amplitudes(n)]
     system = tried.fitted.system
-    beside = scores(system, free, {n: model.amplitudes(n) for n in families})
+    beside = scores(system, [*fitted, *amplitudes], {n: model.amplitudes(n) for n in profiles})
     strongest = beside.strongest()
     if strongest is None or beside.evidence[strongest] < POLICY.large_t:
         return False
     left = beside.statistic[strongest] - beside.rank[strongest]
-    together = scores(system, model.with_base(tried.effects), {"": free[len(model.with_base(tried.effects)) :]})
+    together = scores(system, fitted, {"": amplitudes})
     explained = max(_explained(strategy, tried.fitted), 0.0) + together.statistic[""]
     return left > (1 - POLICY.part_squares) * (explained + left)
 

@@ -79,8 +79,8 @@ def _with_equal_partners(
 def _one_profile_suffices(strategy: Strategy) -> bool:
     """Whether one free profile leaves only noise: then the error is one effect that is not in the catalog."""
     model = strategy.model
-    for family in model.setup.families:
-        fitted = strategy.fitted((family,))
+    for profile in model.setup.free_profiles:
+        fitted = strategy.fitted((profile,))
         if fitted is None:
             continue
         left = model.scores(fitted, list(model.setup.candidates))
@@ -186,7 +186,7 @@ def is_imitated(model: FullModel, answer: CandidateModel, found: Detection) -> b
     if others or len(model.amplitudes(effect)) <= POLICY.simple_unknowns:
         return False
     scores = found.scores
-    more = {f: scores.rank[effect] - scores.rank[f] for f in model.setup.families if scores.rank[f]}
+    more = {f: scores.rank[effect] - scores.rank[f] for f in model.setup.free_profiles if scores.rank[f]}
     return any(
         chdtrc(df, scores.statistic[effect] - scores.statistic[f]) > POLICY.imitation_level
         for f, df in more.items()

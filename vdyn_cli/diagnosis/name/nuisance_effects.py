@@ -95,7 +95,7 @@ def _covering(strategy: Strategy, fitted: FittedModel) -> list[CandidateModel]:
     those beside which another effect is no longer significant: they are alternatives of that effect.
     """
     model = strategy.model
-    nuisances = model.nuisances & set(model.base)
+    nuisances = model.nuisances & set(model.base_unknowns)
     names = [
         e.name
         for e in model.setup.effects

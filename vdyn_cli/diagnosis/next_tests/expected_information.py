@@ -55,8 +55,8 @@ def expected_information(prepared: PreparedStep, runs: int) -> ExpectedInformati
     """
     strategy = open_strategy(setup_of(prepared))
     model = strategy.model
-    designer = ExperimentDesigner(strategy, runs / model.runs)
-    base = _repeated(strategy.base, runs / model.runs)
+    designer = ExperimentDesigner(strategy, runs / model.run_count)
+    base = _repeated(strategy.base, runs / model.run_count)
     found = detect(strategy, base)
     undetectable = list(untestable(model, base, found.scores))
     if runs >= fewest_runs(POLICY.level):
@@ -98,7 +98,7 @@ def _added(designer: ExperimentDesigner, questions: Sequence[Question]) -> tuple
     again = Manoeuvre(
         lambda runs: f"{runs} more {model.setup.run}{'' if runs == 1 else 's'} of the same kind",
         lambda: model.regression,
-        round(designer.times * model.runs),
+        round(designer.times * model.run_count),
         1,
     )
     return tuple(_added_by(designer, one, questions) for one in (*designer.manoeuvres[:LISTED], again))

@@ -39,7 +39,7 @@ class Contrast:
 
 def fitted_beside(model: FullModel, effects: Sequence[str]) -> tuple[str, ...]:
     """The unknowns that are fitted: those of the baseline and the amplitudes of these effects."""
-    return (*model.base, *(n for e in effects for n in model.amplitudes(e)))
+    return (*model.base_unknowns, *(n for e in effects for n in model.amplitudes(e)))
 
 
 def typical_contrast(model: FullModel, effect: str, others: Sequence[str]) -> Contrast:
@@ -149,7 +149,7 @@ class ExperimentDesigner:
 
         s^2 = diag((J'J)^-1), the Cramer-Rao bound; practically infinite where nothing determines the unknown.
         """
-        base = self.strategy.model.base
+        base = self.strategy.model.base_unknowns
         driven, known = self._driven
         whole = np.vstack([driven if rows is None else rows, known])[:, : len(base)]
         size = np.linalg.norm(whole, axis=0)

@@ -101,10 +101,10 @@ def _repeated(
 ) -> list[NextTest]:
     """More runs of the same kind, if fewer than those of the planned manoeuvre suffice."""
     now, model = designer.now(contrasts), designer.strategy.model
-    further = ceil(model.runs * ((POLICY.separated_t / now) ** 2 - 1)) if now > 0 else MOST_RUNS + 1
+    further = ceil(model.run_count * ((POLICY.separated_t / now) ** 2 - 1)) if now > 0 else MOST_RUNS + 1
     if not 0 < further <= MOST_RUNS or (best is not None and best.t >= POLICY.separated_t and further >= best.runs):
         return []
-    t = designer.now(contrasts, 1 + further / model.runs)
+    t = designer.now(contrasts, 1 + further / model.run_count)
     return [_next_test(f"{further} more {model.setup.run}s of the same kind", separates, round(t, 1), further)]
 
 
@@ -143,7 +143,7 @@ def _confirming(model: FullModel, effect: str, plans: Mapping[tuple[str, ...], P
 def _more_data(designer: ExperimentDesigner, judgment: Judgment) -> tuple[NextTest, ...]:
     """More runs where these are too few; where all have one direction, runs in both and what these reveal."""
     model = designer.strategy.model
-    setup, runs = model.setup, model.runs
+    setup, runs = model.setup, model.run_count
     if judgment.insufficient == NONE_VISIBLE:  # more runs of this kind reveal no candidate
         return _revealing(designer, judgment)
     wanted = max(POLICY.fewest_runs_between, setup.fewest_runs, runs if setup.one_way else 2 * runs)

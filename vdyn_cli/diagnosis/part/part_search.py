@@ -225,10 +225,10 @@ def part_search(strategy: Strategy, problem: SimulatedProblem) -> PartSearch | N
         system = linearized_system(linearize(regression, base.values, base.solution.per_run))
     except (ResultError, ArithmeticError):
         return None
-    projected = Projection(system, strategy.model.base)
+    projected = Projection(system, strategy.model.base_unknowns)
     floor = _floor(strategy, projected, system, parts)
     gains, rivals = _gains(strategy, projected, parts, floor)
-    search = PartSearch(strategy, regression, strategy.model.base, base.solution, parts, gains, rivals, floor)
+    search = PartSearch(strategy, regression, strategy.model.base_unknowns, base.solution, parts, gains, rivals, floor)
     if not strategy.model.setup.linearized:
         return search
     # The noise was estimated again with the parts in the model: fits are comparable only under the same noise.
@@ -258,7 +258,7 @@ def _floor(strategy: Strategy, projected: Projection, system: LinearizedSystem, 
     """Residual variance of a row with all parts and candidates fitted, at least one."""
     names = [n for p in parts for n in p.unknowns]
     names += [n for e in strategy.model.setup.candidates for n in strategy.model.amplitudes(e)]
-    q = orthonormal(projected.without(system.of(names)))
+    q = orthonormal(projected.orthogonal(system.columns_of(names)))
     rest = projected.y - q @ (q.T @ projected.y)
     rows = float(system.counts[system.run >= 0].sum())
     degrees = max(rows - q.shape[1] - projected.basis.shape[1], 1.0)

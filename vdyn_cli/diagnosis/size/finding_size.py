@@ -106,7 +106,7 @@ def finding_size(strategy: Strategy, without: FittedModel, found: FittedModel) -
     white = [_residuals(one, False) for one in runs]
     counts = [len(r) for r in residuals[0]] if plain else _counts(runs[0])
     changes = [b - a if a.size == b.size else np.full(1, np.nan) for a, b in zip(*residuals, strict=True)]
-    solution, parameters = without.solution, [n for n in model.base if n not in model.nuisances]
+    solution, parameters = without.solution, [n for n in model.base_unknowns if n not in model.nuisances]
     priors = {u.name: u.prior[1] for u in model.regression.shared if u.prior} if strategy.prior_values else {}
     before, after = (_rms(one, counts) for one in residuals)
     return FindingSize(
@@ -129,7 +129,7 @@ def profile_matters(strategy: Strategy, base: FittedModel, limits: Limits) -> bo
     output by more than ``unexplained_share`` of the prediction's uncertainty.
     """
     model = strategy.model
-    found = model.scores(base, list(model.setup.families))
+    found = model.scores(base, list(model.setup.free_profiles))
     if strategy.prior_values and np.isfinite(limits.output) and not limits.stated:
         changes = [_profile_change(strategy, base, f, found.statistic[f], found.rank[f]) for f in found.names]
         return max(changes, default=0.0) > POLICY.unexplained_share * limits.noise
@@ -143,14 +143,14 @@ def profile_matters(strategy: Strategy, base: FittedModel, limits: Limits) -> bo
     return any(halves.get(n, 0.0) > limits.of(n, size.stds[n]) for n in size.shifts)
 
 
-def _profile_change(strategy: Strategy, base: FittedModel, family: str, statistic: float, rank: int) -> float:
+def _profile_change(strategy: Strategy, base: FittedModel, profile: str, statistic: float, rank: int) -> float:
     """Rms change of the main output by a free profile, beyond chance; infinite where the change is not available.
 
     Parameters
     ----------
     statistic : chi-square of the profile, with ``rank`` degrees of freedom.
     """
-    fitted = strategy.fitted((family,))
+    fitted = strategy.fitted((profile,))
     pairs = [] if fitted is None else list(zip(base.runs.rows, fitted.runs.rows, strict=True))
     changes = [b.plain[0] - a.plain[0] for a, b in pairs if a.plain is not None and b.plain is not None]
     if len(changes) < len(base.runs.rows):

@@ -49,17 +49,17 @@ class FullModel:
     ----------
     regression : baseline, all candidates and all profiles; amplitudes have no priors of the catalog (only the noise
         estimate uses them), but those that the step gave them, such as the roughness of a road.
-    base : names of the baseline's shared unknowns; they come first.
+    base_unknowns : names of the baseline's shared unknowns; they come first.
     """
 
     setup: DiagnosisSetup
     regression: Regression
-    base: tuple[str, ...]
+    base_unknowns: tuple[str, ...]
 
     @cached_property
     def by_name(self) -> Mapping[str, Effect]:
         """The candidates and the profiles by name."""
-        return {**self.setup.families, **self.setup.candidates}
+        return {**self.setup.free_profiles, **self.setup.candidates}
 
     def amplitudes(self, effect: str) -> tuple[str, ...]:
         """The unknowns of a candidate or a profile that the score test frees."""
@@ -69,12 +69,12 @@ class FullModel:
         """The free unknowns of a candidate or a profile in a fit with it: amplitudes and shape parameters."""
         return (*self.amplitudes(effect), *shapes_of(self.by_name[effect]))
 
-    def with_base(self, effects: Sequence[str]) -> list[str]:
+    def fitted_unknowns(self, effects: Sequence[str]) -> list[str]:
         """The unknowns of the baseline, then the free unknowns of these effects."""
-        return [*self.base, *(n for e in effects for n in self.freed(e))]
+        return [*self.base_unknowns, *(n for e in effects for n in self.freed(e))]
 
     @property
-    def runs(self) -> int:
+    def run_count(self) -> int:
         """Number of independent runs."""
         return len(self.regression.wholes)
 
@@ -89,14 +89,16 @@ class FullModel:
 
         A small difference between their sensitivities, or a contradiction of such a prior, is no evidence of an error.
         """
-        own = {u.name for u in self.regression.shared if u.nuisance and not u.prior_stated and u.name in self.base}
+        own = {
+            u.name for u in self.regression.shared if u.nuisance and not u.prior_stated and u.name in self.base_unknowns
+        }
         return frozenset(n for n, e in self.setup.candidates.items() if e.sensor and own & set(e.covers))
 
     def held(self, effects: Sequence[str]) -> dict[str, float]:
         """Values of the unknowns that are fixed in a fit with these effects: covered ones at their prior means."""
         candidates = self.setup.candidates
         covered = {n for e in effects if e in candidates for n in candidates[e].covers}
-        free = {n for e in effects for n in self.freed(e)} | set(self.base) - covered
+        free = {n for e in effects for n in self.freed(e)} | set(self.base_unknowns) - covered
         fixed = (u for u in self.regression.shared if u.name not in free)
         return {u.name: u.prior[0] if u.prior and u.name in covered else u.start for u in fixed}
 
@@ -106,7 +108,7 @@ class FullModel:
         ``runs``: with whole runs as units.
         """
         wanted = {n: self.amplitudes(n) for n in names if n not in at.effects}
-        return scores(at.system.by_run() if runs else at.system, self.with_base(at.effects), wanted)
+        return scores(at.system.by_run() if runs else at.system, self.fitted_unknowns(at.effects), wanted)
 
 
 def hopeless_cost(base: float, best: float) -> float:

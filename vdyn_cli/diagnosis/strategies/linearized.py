@@ -49,7 +49,7 @@ class LinearizedStrategy(NestedFits):
     @property
     def prior_values(self) -> Mapping[str, float]:
         """The prior means of the baseline's parameters."""
-        base = set(self.model.base)
+        base = set(self.model.base_unknowns)
         return {u.name: u.prior[0] for u in self.model.regression.shared if u.prior and u.name in base}
 
     def fitted(self, effects: Sequence[str], below: float = inf) -> FittedModel | None:
@@ -199,7 +199,7 @@ class LinearizedStrategy(NestedFits):
 
     def _linearized_about(self, fit: FittedModel) -> LinearizedStrategy | None:
         """The strategy linearized at a fit's values; None where the linearization or the baseline's fit fails."""
-        names = self.model.with_base(fit.effects)
+        names = self.model.fitted_unknowns(fit.effects)
         try:
             model = _linearized_model(self.model.setup, {n: fit.values[n] for n in names if n in fit.values})
             there = LinearizedStrategy(model, relinearization=self.relinearization)
@@ -229,7 +229,7 @@ def open_linearized(setup: DiagnosisSetup) -> LinearizedStrategy:
     ResultError : the baseline itself cannot be fitted.
     """
     model = _linearized_model(setup, _baseline_values(setup))
-    return LinearizedStrategy(model, relinearization=Relinearization(setup, model.base))
+    return LinearizedStrategy(model, relinearization=Relinearization(setup, model.base_unknowns))
 
 
 def _linearized_model(setup: DiagnosisSetup, point: Mapping[str, float]) -> FullModel:

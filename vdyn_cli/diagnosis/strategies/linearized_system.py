@@ -134,7 +134,7 @@ class LinearizedSystem:
     kind: Literal["run", "block"]
 
     @property
-    def stated(self) -> int:
+    def prior_units(self) -> int:
         """Number of units that are priors."""
         return int(np.count_nonzero(self.run < 0))
 
@@ -152,7 +152,7 @@ class LinearizedSystem:
         """First row of each unit, (units,), for sums over units (rows are in the order of units)."""
         return np.searchsorted(self.label, np.arange(self.units)).astype(np.int64)
 
-    def of(self, names: Sequence[str]) -> Array:
+    def columns_of(self, names: Sequence[str]) -> Array:
         """The columns of these unknowns, (n, k)."""
         return self.columns[:, [self._index[n] for n in names]]
 
@@ -193,16 +193,16 @@ class Projection:
     """
 
     def __init__(self, system: LinearizedSystem, fitted: Sequence[str]) -> None:
-        self.system, self.basis = system, orthonormal(system.of([*fitted, *system.own]))
-        self.y = self.without(system.y)
+        self.system, self.basis = system, orthonormal(system.columns_of([*fitted, *system.own]))
+        self.y = self.orthogonal(system.y)
 
-    def without(self, columns: Array) -> Array:
+    def orthogonal(self, columns: Array) -> Array:
         """The part of columns (n,) or (n, k) that is orthogonal to the fitted ones."""
         return np.asarray(columns - self.basis @ (self.basis.T @ columns))
 
     def information(self, names: Sequence[str]) -> tuple[Array, Array]:
         """Information (k, k) and score (k,) of these unknowns beside the fitted ones."""
-        left = self.without(self.system.of(names))
+        left = self.orthogonal(self.system.columns_of(names))
         return left.T @ left, left.T @ self.y
 
 

@@ -76,7 +76,9 @@ class NestedFits(Strategy):
         nominal = free | {u.name: u.start for u in full.shared if u.name in shapes}
         failed: list[ResultError] = []
         best: list[Solution] = []
-        most = PROFILE_ITERATIONS if effects and set(effects) <= set(self.model.setup.families) else MOST_ITERATIONS
+        most = (
+            PROFILE_ITERATIONS if effects and set(effects) <= set(self.model.setup.free_profiles) else MOST_ITERATIONS
+        )
         for held in (nominal, free) if shapes else (free,):
             regression = restricted(full, held, best[0] if best else before.solution if before else None)
             found: list[Solution] = []
