@@ -264,3 +264,17 @@ def test_a_torque_and_a_wheel_speed_alone_are_those_of_a_stand(tmp_path: Path) -
     assert (stand["manoeuvre"], sorted(stand["channels"])) == ("stand", ["hub_torque", "time", "wheel_speed"])
     road = table(tmp_path / "road.csv", time_s=time, **spin, **{"Hub Fx_N": 100.0 * WAVE})
     assert "manoeuvre" not in draft("inertia", road)[1]
+
+
+def test_two_speeds_of_one_motion_come_before_the_speed_of_a_wheel(tmp_path: Path) -> None:
+    time = np.arange(600.0)
+    falls = 90.0 - time / 10.0
+    wheel = {"Wheel Speed Front Left_radpers": falls / 1.1}
+    shown = {"time_s": time, "Velocity_kmperh": falls, "Indicated Vehicle Speed_kmperh": 1.01 * falls, **wheel}
+    _, description = draft("coastdown", table(tmp_path / "shown.csv", **shown))
+    assert columns(description["channels"])["speed"][0] == "Velocity [km/h]"
+    apart = {**shown, "Indicated Vehicle Speed_kmperh": 1.2 * falls}
+    found, description = draft("coastdown", table(tmp_path / "apart.csv", **apart))
+    assert description["channels"]["speed"]["column"] == "?"
+    assert "wheel_speed" not in description["channels"]
+    assert "not decided between 'Velocity [km/h]'" in found.text

@@ -28,11 +28,13 @@ Words = frozenset[str]
 _Candidate = tuple[ChannelFacts, str, str]  # a column, its unit, and the source of the unit
 
 NO_NAME = "no column has such a name"
+NOT_DECIDED = "not decided between"
 _FEWEST_OF_A_WHEEL = 3  # columns of one corner and none of another, from which the log is that of a wheel
 _ROUNDED = 1e-3  # of the largest value: rounding of a column that a logger converted or interpolated
 _SAME_MOTION = 0.05  # of the largest speed: greatest difference of its sensors; a worn tire is 3 % smaller
 _SWINGS = 5.0  # ranges of a swing about its axis and others; a sensor 10 deg off its axis shows 5.7
 _SATELLITE = frozenset(("gps", "gnss", "sat", "satellite"))
+_DISPLAYED = frozenset(("indicated", "displayed", "display", "dash", "dashboard", "cluster", "speedometer"))
 
 _FORWARD = frozenset(("speed", "vehicle_speed"))
 _SINGLE = frozenset(("wheel_speed", "speed", "vehicle_speed", "position"))  # the position of a wheel is its angle
@@ -175,7 +177,7 @@ def _guess(
             )
         if best:
             rivals = " and ".join(f"{_label(f)} ({_range(f, unit)})" for f, unit, _ in best[:4])
-            return ChannelGuess(None, "", f"not decided between {rivals}{_of_groups(channel, [f for f, _, _ in best])}")
+            return ChannelGuess(None, "", f"{NOT_DECIDED} {rivals}{_of_groups(channel, [f for f, _, _ in best])}")
     return ChannelGuess(None, "", "; ".join(dict.fromkeys(others)) or NO_NAME)
 
 
@@ -188,9 +190,13 @@ def _axis_of_rotation(best: Sequence[_Candidate]) -> _Candidate | None:
 
 def _of_same_motion(best: Sequence[_Candidate], quantity: Quantity) -> _Candidate | None:
     """Of speeds that show the same motion, the only one of known unit, in which the others are then compared; else the
-    only one by satellite, which needs no wheel radius. None if the speeds differ."""
-    known = [one for one in best if one[1] != "?"]
-    own = known if len(known) < len(best) else [one for one in best if _words(one[0].column)[0] & _SATELLITE]
+    only one by satellite, which needs no wheel radius, or the only one that is not the dashboard's, which reads high.
+    None if the speeds differ."""
+    own = [one for one in best if one[1] != "?"]
+    if len(own) == len(best):
+        named = [(one, _words(one[0].column)[0]) for one in best]
+        own = [one for one, words in named if words & _SATELLITE]
+        own = own or [one for one, words in named if not words & _DISPLAYED]
     if len(own) != 1:
         return None
     units = [own[0][1] if unit == "?" else unit for _, unit, _ in best]
@@ -256,7 +262,7 @@ def _decided(channel: str, best: _Candidate, facts: Sequence[ChannelFacts], by: 
     """The guess for the one column that fits, with its sign; none if another axis of its sensor moves more."""
     one, unit, how = best
     if (across := _axis_that_varies_more(one, facts)) is not None:
-        why = f"not decided between {_label(one)} (by its name) and {_label(across)} (varies more)"
+        why = f"{NOT_DECIDED} {_label(one)} (by its name) and {_label(across)} (varies more)"
         return ChannelGuess(None, "", why)
     why = f"by its {by}; {how}; {_range(one, unit)}"
     if channel.endswith(("_load", "force_z")) and one.highest <= 0.0:

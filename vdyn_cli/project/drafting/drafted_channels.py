@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Sequence
 
-from vdyn_cli.project.drafting.channel_guess import NO_NAME, ChannelGuess, battery_columns, columns_by_unit
+from vdyn_cli.project.drafting.channel_guess import NO_NAME, NOT_DECIDED, ChannelGuess, battery_columns, columns_by_unit
 from vdyn_cli.project.drafting.left_out_logs import GuessedLog
 from vdyn_cli.steps import Step
 from vdyn_cli.steps.step_definition import alternative_channels, named_channels
@@ -109,8 +109,13 @@ def channels_needed(step: Step, logs: Sequence[GuessedLog]) -> set[str]:
 
 
 def source_of(step: Step, channel: str, log: GuessedLog) -> str:
-    """The channel from which a step can compute one that the log lacks, such as a wheel speed; else the channel."""
+    """The channel from which a step can compute one that the log lacks, such as a wheel speed; else the channel.
+
+    Columns that fit the channel, but are not decided, are better than a channel from which it can be computed.
+    """
     found = log.columns()
+    if channel in log.guesses and log.guesses[channel].why.startswith(NOT_DECIDED):
+        return channel
     sources = [one.source for one in step.scaled if one.target == channel and one.source in found]
     return channel if channel in found or not sources else sources[0]
 
