@@ -14,6 +14,7 @@ from tests.steps.inertia.test_inertia import SPEC, changed, known, logs
 from vdyn_cli.effects.wheel_mass import wheel_mass
 from vdyn_cli.inference import Unknown, solve
 from vdyn_cli.inference.banded import whitened
+from vdyn_cli.io.clocks.held_values import with_held_interpolated
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.inertia.moment_balance import drive_windows
@@ -117,6 +118,19 @@ def test_a_noisy_accelerometer_makes_no_wheel_lighter() -> None:
         found.append((fit.values["wheel_mass_error"], fit.std["wheel_mass_error"]))
     errors, deviations = np.array(found).T
     assert abs(np.mean(errors)) < 3 * np.mean(deviations) / len(errors) ** 0.5
+
+
+def test_windows_end_where_a_slower_speed_sensor_sampled() -> None:
+    """Between its samples the speed is interpolated: their noise is that of a reading, and every edge has one."""
+    (log, *_), wheel = logs(VEHICLE, 5), plant.known(VEHICLE)
+    rows = np.arange(0, log.time.size, 10)
+    held = log["wheel_speed"].copy()
+    for row, following in zip(rows, [*rows[1:], held.size], strict=True):
+        held[row:following] = held[row]
+    slow = with_held_interpolated(log.with_channels(wheel_speed=held))
+    every, run = (drive_windows(each, 0.25, wheel) for each in (log, slow))
+    assert np.isin(np.concatenate([run.first, run.last]), rows).all()
+    assert run.noise.speed == pytest.approx(every.noise.speed, rel=0.3)
 
 
 def test_a_clock_offset_of_the_hub_is_not_noise_of_its_torque() -> None:

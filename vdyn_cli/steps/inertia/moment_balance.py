@@ -77,6 +77,9 @@ class DriveWindows:
 def drive_windows(log: Log, width: float, wheel: Mapping[str, float], model: Model = WHEEL_SPIN) -> DriveWindows:
     """Cut a run into w windows of about ``width`` s, leaving out gaps, missing values and standstill.
 
+    Windows begin and end where the wheel's speed was sampled, not between two samples of a slower sensor, where it was
+    interpolated: its error there is no white noise.
+
     Parameters
     ----------
     log : of the run, with ``wheel_speed`` (rad/s) and the inputs of ``model`` as channels, SI.
@@ -92,14 +95,20 @@ def drive_windows(log: Log, width: float, wheel: Mapping[str, float], model: Mod
     good = np.all([np.isfinite(log[name]) for name in inputs], axis=0) & (np.abs(log["wheel_speed"]) > STANDSTILL)
     step = float(np.median(np.diff(time))) if time.size > 1 else 1.0
     whole = good[1:] & good[:-1] & (np.diff(time) < GAP * step)  # intervals that may be integrated
-    first, last = _edges(whole, max(round(width / step), 2))
+    sampled = _sampled(log)
+    between = max(float(np.median(np.diff(sampled))), 1.0) if sampled.size > 1 else 1.0  # rows
+    first, last = _edges(whole, sampled, max(round(width / (between * step)), 2 if between < 2.0 else 1))
     log = log.with_channels(**{n: filled(time, np.where(good, log[n], np.nan)) for n in inputs})
     gained = np.asarray(log["wheel_speed"][last] - log["wheel_speed"][first])
-    return DriveWindows(log, first, last, gained, _noise(log, wheel, good, first, last))
+    read = sampled[good[sampled]]
+    return DriveWindows(log, first, last, gained, _noise(log, wheel, (good, read), first, last))
 
 
-def _noise(log: Log, wheel: Mapping[str, float], good: NDArray[np.bool_], first: Index, last: Index) -> WindowNoise:
-    """Noise of the windows from ``first`` to ``last`` by the white noise of the ``good`` samples."""
+def _noise(
+    log: Log, wheel: Mapping[str, float], usable: tuple[NDArray[np.bool_], Index], first: Index, last: Index
+) -> WindowNoise:
+    """Noise of the windows from ``first`` to ``last`` by the white noise of the usable rows, and of the speed's."""
+    good, read = usable
     nothing = np.zeros(first.size)
     if first.size == 0:
         return WindowNoise(1.0, 0.0, 1.0, 0.0, nothing, nothing, nothing)
@@ -109,7 +118,7 @@ def _noise(log: Log, wheel: Mapping[str, float], good: NDArray[np.bool_], first:
     return WindowNoise(
         white_level(_net_torque(log, {**wheel, "wheel_mass": 0.0})[good], time[good]),
         white_level(log["acceleration"][good], time[good]) if "acceleration" in log else 0.0,
-        white_level(log["wheel_speed"][good], time[good]),
+        white_level(log["wheel_speed"][read], time[read]),
         white_level(log["hub_torque"][good], time[good]),
         squares,
         np.where(last[:-1] == first[1:], half[last[:-1] - 1] * half[first[1:]], 0.0),
@@ -131,12 +140,19 @@ def impulses(run: DriveWindows, wheel: Mapping[str, float], delay: float = 0.0) 
     return np.asarray(total)
 
 
-def _edges(whole: NDArray[np.bool_], count: int) -> tuple[Index, Index]:
-    """First and last samples of windows of ``count`` intervals inside every segment of usable intervals."""
+def _sampled(log: Log) -> Index:
+    """The rows at which the wheel's speed was sampled: all, unless its sensor is slower than the log."""
+    if "wheel_speed" not in log.samples:
+        return np.arange(log.time.size)
+    return np.unique(np.clip(np.searchsorted(log.time, log.samples["wheel_speed"][0]), 0, log.time.size - 1))
+
+
+def _edges(whole: NDArray[np.bool_], sampled: Index, count: int) -> tuple[Index, Index]:
+    """First and last rows of windows of ``count`` samples inside every segment of usable intervals."""
     first: list[int] = []
     last: list[int] = []
     for begin, end in spans(whole):  # intervals begin .. end - 1
-        edges = np.arange(begin, end + 1, count)
+        edges = sampled[(sampled >= begin) & (sampled <= end)][::count]
         first += edges[:-1].tolist()
         last += edges[1:].tolist()
     return np.array(first, dtype=np.intp), np.array(last, dtype=np.intp)
