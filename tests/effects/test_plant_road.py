@@ -169,8 +169,8 @@ def test_a_filtered_speed_reads_like_one_behind_a_pole_without_its_delay():
         behind[k] = kept * behind[k - 1] + (1.0 - kept) * (true[k] + true[k - 1]) / 2
     expected = np.interp(time + tau, time, behind) - true
     inside = time < 20.0 - tau
-    assert (read - true)[inside] == pytest.approx(expected[inside], abs=0.2 * np.abs(expected[inside]).max())
-    assert read[0] == pytest.approx(true[0], abs=1e-3)
+    assert (read - true)[inside] == pytest.approx(expected[inside], abs=0.05 * np.abs(expected[inside]).max())
+    assert read[0] - true[0] == pytest.approx(expected[0], abs=1e-3)
 
 
 def test_a_scaled_speed_is_scaled_back_where_it_drives_the_model():

@@ -1,12 +1,22 @@
 from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 from vdyn_cli.engine.maths import sqrt
 
-SHORT = 0.1  # s, time constant with which the law filters at no filter, stable with steps of 50 ms
+SHORT = 0.05  # s, time constant with which the law filters at no filter, stable with steps of 50 ms
 
 
 def squared(tau_squared: Number) -> Number:
     """Square of the time constant T with which the law filters, s^2: |tau^2|, and ``SHORT``^2 at zero."""
     return sqrt(tau_squared * tau_squared + SHORT**4)
+
+
+def share(tau_squared: Number) -> Number:
+    """Share w of the filtered speed in the reading: 0 without a filter, near 1 for a filter longer than ``SHORT``."""
+    return 1.0 - sqrt(1.0 - tau_squared / squared(tau_squared))
+
+
+def ahead(clock: Law, s: Signals, q: Signals) -> Number:
+    """Clock of the speed: its reading is taken the delay of the filter later."""
+    return clock(s) + share(q.speed_filter) * sqrt(squared(q.speed_filter))
 
 
 def distance(s: Signals) -> Number:
@@ -21,6 +31,7 @@ def ramp(s: Signals) -> Number:
 
 @effect(
     on="speed",
+    also={"speed_clock": ahead},
     unknowns=Quantity("speed_filter", "s^2", "squared time constant of the speed's filter", "tau^2", -0.03, 0.6),
     states={"distance": distance},
     starts={"distance": ramp},
@@ -35,11 +46,10 @@ def ramp(s: Signals) -> Number:
 def speed_filter(speed: Law, s: Signals, q: Signals) -> Number:
     """A speed channel behind a low-pass filter, whose delay is that of the channel.
 
-    V_read = V + tau^2 / (2 T^2) (D + T V'),  D' = -D / T - V',  T^4 = tau^4 + t0^4
+    V_read(t) = V + w D at t + w T,  D' = -D / T - V',  T^4 = tau^4 + t0^4,  w = 1 - (1 - tau^2 / T^2)^0.5
 
-    with t0 = 0.1 s and D, m/s, the distance of a speed filtered with T from V: for tau > t0 a filter with the time
-    constant tau, s, without its delay, exactly to the second order in its frequency. It attenuates changes of the
-    speed, like too small a gain of the speed or too large a mass.
+    with t0 = 0.05 s and D, m/s, the distance of a speed filtered with T from V. For tau > t0 w is nearly 1: a filter
+    with the time constant tau, s, without its delay, exp(tau s) / (1 + tau s). To the second order in s it is exact for
+    every tau. It attenuates changes of the speed, like too small a gain of the speed or too large a mass.
     """
-    square = squared(q.speed_filter)
-    return speed(s) + q.speed_filter / (2.0 * square) * (s.distance + sqrt(square) * s.rate_of_change)
+    return speed(s) + share(q.speed_filter) * s.distance

@@ -141,9 +141,10 @@ class ModelBuilder:
         the reading to the true value. The clock law ``<name>_clock`` is the time shift in s at which the true value is
         read (0 without effects). ``rate``, the time derivative of the true value, is only needed where the value
         depends directly on an input and the model's derivative is better than differences of the simulated trace.
-        ``about`` : further signals of the value law, on which a reading may depend.
+        ``about`` : further signals of both laws, on which a reading may depend.
         """
-        self.outputs[name] = (self(name, value=true, sensor=name, **about), rate, self(f"{name}_clock", value=0.0))
+        clock = self(f"{name}_clock", value=0.0, sensor=name, **about)
+        self.outputs[name] = (self(name, value=true, sensor=name, **about), rate, clock)
 
     def rate(self, name: str, of: Number) -> None:
         """Declare a sensor for the time derivative of an expression, such as jerk.
