@@ -124,7 +124,8 @@ TIRE = (
     Cell("tire", "", {"load_sensitivity": 2e-5}, "named", fast=True),
     *_each("tire", "", "named", slip_offset=0.01, force_offset=40.0, load_offset=80.0, friction_fade=0.02),
     *_each("tire", "", "named", braking_friction=0.05, vertical_crosstalk=0.02),
-    *_each("tire", "", "unknown", vertical_shift=0.03),
+    *_each("tire", "", "unknown", stiffness_load=1e-4),
+    *_each("tire", "", "named", rolling_force=-0.02),  # the same as a vertical shift Sv = 0.02
     _pair("tire", "", load_sensitivity=2e-5, force_offset=30.0),
     Cell("tire", "", {}, "nothing"),
     Cell("tire", "", {}, "fault", "stuck"),

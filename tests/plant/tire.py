@@ -24,6 +24,7 @@ EFFECTS = {
     "load_offset": "N on the load channel",
     "rolling_force": "1: rolling resistance per load, which the force channel contains at no slip",
     "vertical_shift": "1: friction that is there at no slip, as a tire with ply steer or a conical tread has; an input",
+    "stiffness_load": "1/N: slip stiffness per load falls by this share per newton above the static load, not its peak",
     "tire_relaxation": "m over which slip builds up",
     "friction_fade": "s/m: friction is lost with the sliding speed |vs|, mu (1 - q |vs|)",
     "braking_friction": "1: friction is (1 + q) times as high under braking",
@@ -39,7 +40,7 @@ SMALL = {
     "rolling_force": 1e-4,
     "tire_relaxation": 0.2,
 }
-SMALL |= {"friction_fade": 1e-4, "braking_friction": 1e-3, "vertical_crosstalk": 1e-4}
+SMALL |= {"friction_fade": 1e-4, "braking_friction": 1e-3, "vertical_crosstalk": 1e-4, "stiffness_load": 1e-6}
 ONE_SIDED = ("tire_relaxation",)
 PARAMETERS = ("tire_B", "tire_C", "tire_D", "tire_E")
 RATE = 100.0
@@ -106,7 +107,8 @@ def noise_free(vehicle: Vehicle, sweep: Sweep, effects: Mapping[str, float] | No
     if unknown:
         raise ValueError(f"a slip sweep has no effect {sorted(unknown)}")
     lagging = _lagged(sweep, effects.get("tire_relaxation", 0.0))
-    grip = friction(lagging, vehicle.tire_B, vehicle.tire_C, vehicle.tire_D, vehicle.tire_E)
+    stiffer = 1.0 - effects.get("stiffness_load", 0.0) * (sweep.load - vehicle.front_load / 2)
+    grip = friction(lagging, vehicle.tire_B * stiffer, vehicle.tire_C, vehicle.tire_D, vehicle.tire_E)
     grip *= 1.0 - effects.get("load_sensitivity", 0.0) * (sweep.load - vehicle.front_load / 2)
     grip *= 1.0 - effects.get("friction_fade", 0.0) * np.abs(sweep.slip * sweep.speed)
     grip *= 1.0 + effects.get("braking_friction", 0.0) * (lagging < 0.0)

@@ -17,7 +17,10 @@ GRIP = 0.05  # plausible change of the peak friction
 
 
 def tire_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
-    """The parts: force over slip, load and returning slip, and peak friction over the sliding speed where it is known.
+    """The parts: force over slip and returning slip, its reading over the load, friction over load and sliding speed.
+
+    A force in addition to the curve that depends only on the load is an error of its reading: a tire without slip
+    transfers nearly no force. The sliding speed has to be known.
 
     Parameters
     ----------
@@ -39,9 +42,10 @@ def tire_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
             arguments=arguments, own=SHAPE, related=("slip", "force_x", "friction"),
         ),
         Part(
-            "tire", "", "load", load, FORCE, "N", "N", "the tire's force", "load", anchored=False, law=addition,
-            related=("friction", "force_x"),
+            "friction", "", "load", load, GRIP, "", "N", "the tire's friction", "load", anchored=False, law=friction,
+            arguments=grip, own=("tire_D",), related=("force_z",),
         ),
+        Part("force_x", "", "load", load, FORCE, "N", "N", "the force reading", "load", anchored=False, sensor=True),
         Part(
             "tire", "", "returning", slip, FORCE, "N", "", "the tire's force", "slip while it returns to zero",
             law=addition, related=("slip",),

@@ -72,7 +72,7 @@ class TireProblem(SimulatedProblem):
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        """Force over slip and load, peak friction over the sliding speed."""
+        """Force over slip, its reading over load, friction over load and sliding speed."""
         return tire_parts(self.logs)
 
     @cached_property
