@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vdyn_cli.inference import Regression, Rows, Unknown, whiten
-from vdyn_cli.inference.restricted_likelihood import NoisyRun, RandomUnknowns, _curved
+from vdyn_cli.inference.restricted_likelihood import NoisyRun, RandomUnknowns, _negative_likelihood
 
 TRUTH = {"f": 0.11, "c": 2.8e-4}
 STEP = 1.0  # s
@@ -94,5 +94,5 @@ def restricted_likelihood(
     runs: Sequence[NoisyRun], sizes: Mapping[str, float], known: np.ndarray, random: RandomUnknowns | None = None
 ) -> tuple[float, dict[str, float]]:
     """The negative restricted log likelihood, and its derivatives to the logarithms of the amplitudes, by name."""
-    found = _curved(runs, sizes, known, random)
-    return found.value, dict(zip(sizes, found.slope.tolist(), strict=True))
+    found = _negative_likelihood(runs, sizes, known, random)
+    return found.value, dict(zip(sizes, found.gradient.tolist(), strict=True))

@@ -80,13 +80,13 @@ def diagnosed(
 def _diagnosed(
     prepared: PreparedStep, base: Result, level: float, faults: Sequence[Finding], doubts: Sequence[Finding]
 ) -> Result:
-    requested, problem = prepared.spec.diagnose, prepared.simulated
+    requested, problem = prepared.spec.diagnose, prepared.simulated_problem
     setup = setup_of(prepared, level)
     strategy = open_strategy(setup)
     limits = limits_of(base, _metric(prepared)[1], requested.matters)
     by_part = with_part(strategy, judge(strategy, faults, limits), problem)
     prepared, by_part = _with_free_form(prepared, by_part, level, faults, limits)
-    problem = prepared.simulated
+    problem = prepared.simulated_problem
     strategy = by_part.strategy
     judgment = _with_misfit(with_nuisance_effects(strategy, by_part.judgment, limits), base)
     judgment, extension = extended(strategy, judgment, requested.extend, prepared.problem, base)

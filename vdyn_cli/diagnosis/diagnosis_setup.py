@@ -29,7 +29,7 @@ class PreparedStep:
     problem: Problem
 
     @property
-    def simulated(self) -> SimulatedProblem:
+    def simulated_problem(self) -> SimulatedProblem:
         """The problem of a diagnosable step, which simulates its runs."""
         problem = simulated_problem(self.step, self.problem)
         assert problem is not None
@@ -122,7 +122,7 @@ def setup_of(prepared: PreparedStep, level: float = POLICY.level) -> DiagnosisSe
     ------
     InputError : the description names an effect that is not applicable to this model.
     """
-    diagnosable, spec, problem = prepared.step.diagnosable, prepared.spec, prepared.simulated
+    diagnosable, spec, problem = prepared.step.diagnosable, prepared.spec, prepared.simulated_problem
     assert diagnosable is not None
     effects, carried = _applicable(prepared)
     lacking = _lacking(prepared)
@@ -184,7 +184,7 @@ def _applicable(prepared: PreparedStep) -> tuple[tuple[Effect, ...], tuple[Effec
     """The effects applicable to the step's model, and those already in it because an earlier step found them."""
     diagnosable = prepared.step.diagnosable
     assert diagnosable is not None
-    every = applicable(prepared.simulated.model, candidates(prepared.step.situations))
+    every = applicable(prepared.simulated_problem.model, candidates(prepared.step.situations))
     carried = tuple(e for e in every if diagnosable.carries and e.name in prepared.known.extensions)
     factors = _size_factors(prepared.known, prepared.step.situations)
     return tuple(enlarged(e, factors) for e in every if e not in carried), carried
@@ -205,7 +205,7 @@ def _size_factors(known: Parameters, situations: Collection[str]) -> Mapping[str
 
 def _lacking(prepared: PreparedStep) -> dict[str, str]:
     """By effect, the missing channel without which it cannot be tested, of those that a log of the step may have."""
-    missing = missing_signals(prepared.simulated.model, candidates(prepared.step.situations))
+    missing = missing_signals(prepared.simulated_problem.model, candidates(prepared.step.situations))
     channels = prepared.step.channels() if missing else {}
     return {e: _lacked(signal, prepared.spec) for e, signal in missing.items() if signal in channels}
 

@@ -111,8 +111,8 @@ def ranking(model: FullModel, judgment: Judgment) -> tuple[Ranked, ...]:
             effect=n,
             explains_t=max(scores.evidence[n], 0.0),
             visibility=scores.visibility[n],
-            left_p=tried[n].rest_p if n in tried else None,
-            left_mostly=tried[n].rest_mostly if n in tried else None,
+            left_p=tried[n].residual_p if n in tried else None,
+            left_mostly=tried[n].residual_like if n in tried else None,
             unknowns=_amplitudes(fitted_amplitudes(tried[n], model.setup)) if n in tried else {},
         )
         for n in names

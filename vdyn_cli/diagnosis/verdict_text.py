@@ -129,7 +129,7 @@ def _sentence(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Map
     if judgment.verdict == "data_fault":
         return f"Data fault: {text}"
     if not answer.sufficient:
-        text += f" {remainder_sentence(answer.rest_share)}"
+        text += f" {remainder_sentence(answer.residual_share)}"
     return capitalized(text)
 
 

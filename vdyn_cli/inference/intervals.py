@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,13 +23,13 @@ class UnitFactor:
     run : index of the run; units of one run share its own unknowns.
     factor : (h, m + s + 1), its rows or QR factor over [own | shared | residual].
     own : (m, m), covariance of the run's own unknowns for known shared ones.
-    follow : (m, s), derivative of the own unknowns' optimum with respect to the shared ones.
+    own_response : (m, s), derivative of the own unknowns' optimum with respect to the shared ones.
     """
 
     run: int
     factor: Array
     own: Array
-    follow: Array
+    own_response: Array
 
 
 @dataclass(frozen=True)
@@ -67,22 +68,22 @@ def spread(units: Sequence[UnitFactor], covariance: Array) -> Spread:
     Assumes that units are independent; within a unit the noise may have any correlation.
     Source: Bell and McCaffrey, Survey Methodology 28 (2002) 169-181, there called bias-reduced linearization.
     """
-    contributions, deletions, ways, information = [], [], [], []
+    contributions, deletions, influences, information = [], [], [], []
     for unit in units:
         m = len(unit.own)
         own = unit.factor[:, :m]
-        total = unit.factor[:, m:-1] + own @ unit.follow
+        total = unit.factor[:, m:-1] + own @ unit.own_response
         leverage, axes = np.linalg.eigh(total @ covariance @ total.T + own @ unit.own @ own.T)
         # Where only this unit determines a direction, the fit makes its residual zero there.
         left = np.where(1.0 - leverage > ALONE, 1.0 - leverage, np.inf)
         gain, residual = covariance @ total.T @ axes, axes.T @ unit.factor[:, -1]
-        way = gain / np.sqrt(left) @ axes.T
-        contributions.append(way @ unit.factor[:, -1])
+        weights = gain / np.sqrt(left) @ axes.T
+        contributions.append(weights @ unit.factor[:, -1])
         deletions.append(gain @ (residual / left))
-        ways.append((way, way @ total, way @ own))
+        influences.append(_Influence(weights, weights @ total, weights @ own))
         information.append(np.sum((total @ covariance) ** 2, axis=0))
     moved = np.array(contributions)
-    degrees = np.array([_degrees(units, ways, covariance, i) for i in range(len(covariance))])
+    degrees = np.array([_degrees(units, influences, covariance, i) for i in range(len(covariance))])
     return Spread(np.array(deletions), moved.T @ moved, degrees, effective_number(np.array(information)))
 
 
@@ -100,14 +101,22 @@ def effective_number(shares: Array) -> Array:
     return np.asarray(np.sum(shares, axis=0) ** 2 / np.maximum(np.sum(shares**2, axis=0), 1e-300))
 
 
-def _degrees(units: Sequence[UnitFactor], ways: list[tuple[Array, Array, Array]], covariance: Array, i: int) -> float:
-    """Satterthwaite's degrees of freedom for one shared unknown under the noise model."""
-    through = np.array([w[1][i] for w in ways])
-    matrix = np.diag([float(w[0][i] @ w[0][i]) for w in ways]) - through @ covariance @ through.T
+class _Influence(NamedTuple):
+    """Derivatives of a unit's score contribution by its rows (s, h), the shared (s, s) and its own unknowns (s, m)."""
+
+    rows: Array
+    shared: Array
+    own: Array
+
+
+def _degrees(units: Sequence[UnitFactor], influences: Sequence[_Influence], covariance: Array, i: int) -> float:
+    """Satterthwaite's degrees of freedom for shared unknown ``i`` under the noise model."""
+    shared = np.array([one.shared[i] for one in influences])
+    matrix = np.diag([float(one.rows[i] @ one.rows[i]) for one in influences]) - shared @ covariance @ shared.T
     run = np.array([u.run for u in units if u.own.size])  # empty where runs are the units: no own unknowns remain
     for k in np.unique(run):
         at = np.flatnonzero(run == k)
-        own = np.array([ways[j][2][i] for j in at])
+        own = np.array([influences[int(j)].own[i] for j in at])
         matrix[np.ix_(at, at)] -= own @ units[at[0]].own @ own.T
     return float(np.trace(matrix) ** 2 / max(np.sum(matrix**2), 1e-300))
 

@@ -34,7 +34,7 @@ class Solved:
         return np.asarray(inverse @ inverse.transpose(0, 2, 1))
 
     @cached_property
-    def follow(self) -> Array:
+    def own_response(self) -> Array:
         """Derivative of the optimum of each run's own unknowns with respect to the shared ones, (g, m, s)."""
         return np.asarray(-np.linalg.solve(self.reduced.own[:, :, : self.m], self.reduced.own[:, :, self.m : -1]))
 
@@ -50,4 +50,4 @@ class Solved:
 
     def own_covariance(self, run: int) -> Array:
         """Inverse information about one run's own unknowns, (m, m)."""
-        return np.asarray(self.own[run] + self.follow[run] @ self.covariance @ self.follow[run].T)
+        return np.asarray(self.own[run] + self.own_response[run] @ self.covariance @ self.own_response[run].T)

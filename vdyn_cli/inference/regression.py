@@ -116,7 +116,7 @@ class Regression:
     origins: tuple[int, ...] = ()
 
     @cached_property
-    def wholes(self) -> tuple[tuple[int, ...], ...]:
+    def independent_runs(self) -> tuple[tuple[int, ...], ...]:
         """For each independent run, the indices of its parts in ``runs``."""
         of = self.origins or tuple(range(len(self.runs)))
         return tuple(tuple(k for k, one in enumerate(of) if one == label) for label in dict.fromkeys(of))

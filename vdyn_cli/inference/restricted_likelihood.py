@@ -129,11 +129,13 @@ def _most_likely(
     if random is not None:
         known[random.columns] = 1.0
 
-    def cost(x: Array) -> _Curved:
-        found = _curved(runs, dict(zip(names, np.exp(x).tolist(), strict=True)), known, random)
+    def cost(x: Array) -> _Quadratic:
+        found = _negative_likelihood(runs, dict(zip(names, np.exp(x).tolist(), strict=True)), known, random)
         away = (x - center) / spread
-        return _Curved(
-            found.value + 0.5 * float(away @ away), found.slope + away / spread, found.bend + np.diag(spread**-2.0)
+        return _Quadratic(
+            found.value + 0.5 * float(away @ away),
+            found.gradient + away / spread,
+            found.hessian + np.diag(spread**-2.0),
         )
 
     low, top = center - REACH * spread, center + REACH * spread
@@ -150,27 +152,27 @@ def _most_likely(
 
 
 @dataclass(frozen=True)
-class _Curved:
+class _Quadratic:
     """A function's value, its gradient (k,) and a positive definite approximation (k, k) of its Hessian."""
 
     value: float
-    slope: Array
-    bend: Array
+    gradient: Array
+    hessian: Array
 
 
-def _newton(cost: Callable[[Array], _Curved], x: Array, low: Array, top: Array) -> tuple[Array, float]:
+def _newton(cost: Callable[[Array], _Quadratic], x: Array, low: Array, top: Array) -> tuple[Array, float]:
     """The minimum within bounds and the value near it, by Newton steps of at most FARTHEST.
 
     They are halved where they do not reduce the value.
     """
     here, reach = cost(x), FARTHEST
     for _ in range(MOST_STEPS):
-        held = ((x <= low) & (here.slope > 0)) | ((x >= top) & (here.slope < 0))
+        held = ((x <= low) & (here.gradient > 0)) | ((x >= top) & (here.gradient < 0))
         free, step = np.flatnonzero(~held), np.zeros_like(x)
-        step[free] = -np.linalg.solve(here.bend[np.ix_(free, free)], here.slope[free])
+        step[free] = -np.linalg.solve(here.hessian[np.ix_(free, free)], here.gradient[free])
         step *= min(1.0, reach / max(float(np.max(np.abs(step), initial=0.0)), reach))
         step = np.clip(x + step, low, top) - x
-        if -0.5 * float(here.slope @ step) < NEGLIGIBLE:
+        if -0.5 * float(here.gradient @ step) < NEGLIGIBLE:
             return np.asarray(x + step), here.value
         there = cost(x + step)
         if there.value < here.value:
@@ -228,9 +230,9 @@ def likelihoods_of(
     return np.array(found)
 
 
-def _curved(
+def _negative_likelihood(
     runs: Sequence[NoisyRun], sizes: Mapping[str, float], known: Array, random: RandomUnknowns | None
-) -> _Curved:
+) -> _Quadratic:
     """The negative restricted log likelihood as a function of the logarithms of the amplitudes, in their order.
 
     The average information is 1/2 e' C_i P C_j e, with the derivatives C_i of the covariance, e = P r, and
@@ -252,33 +254,35 @@ def _curved(
     step = inverse @ pulled
     value += 0.5 * float(np.linalg.slogdet(information)[1]) - 0.5 * float(pulled @ step)
     names = tuple(sizes)
-    slope, bend, absorbed = np.zeros(len(names)), np.zeros((len(names), len(names))), np.zeros((s, len(names)))
+    gradient, hessian, absorbed = np.zeros(len(names)), np.zeros((len(names), len(names))), np.zeros((s, len(names)))
     shown = np.zeros(len(names))
     for run, one in zip(runs, solved, strict=True):
         weight, left = one.remaining(inverse, step)
         slopes, pushes = run.noise.derivatives(sizes, weight, left)
         moved = np.zeros((left.size, len(names)))
-        for name, slope_of in slopes.items():
-            slope[names.index(name)] += 0.5 * slope_of
+        for name, derivative in slopes.items():
+            gradient[names.index(name)] += 0.5 * derivative
             moved[:, names.index(name)] = pushes[name]
         if random is not None:
             moved[:, names.index(random.source)] = 2 * one.shared[:, random.columns] @ step[random.columns]
         shown += 0.5 * left @ moved
-        bend += 0.5 * moved.T @ one.times_inverse(moved)
+        hessian += 0.5 * moved.T @ one.times_inverse(moved)
         absorbed += one.weighted[:, :s].T @ moved
-    bend -= 0.5 * absorbed.T @ inverse @ absorbed
+    hessian -= 0.5 * absorbed.T @ inverse @ absorbed
     if random is not None:
         # d/d log(amplitude) of both terms, with S = A minus the prior: S x = p - x and tr(S A^-1) = k - tr(A^-1).
         own = inverse[np.ix_(random.columns, random.columns)]
-        slope[names.index(random.source)] += (
+        gradient[names.index(random.source)] += (
             random.columns.size - float(np.trace(own)) - float(np.sum(step[random.columns] ** 2))
         )
     times = {p.time for run in runs for p in run.noise.parts if isinstance(p, Colored)}
     amplitudes = np.array([n not in times for n in names])
-    return _Curved(value, slope, bend + np.diag(np.where(amplitudes, _beside_others(slope, bend, shown), 0.0)))
+    return _Quadratic(
+        value, gradient, hessian + np.diag(np.where(amplitudes, _beside_others(gradient, hessian, shown), 0.0))
+    )
 
 
-def _beside_others(slope: Array, bend: Array, shown: Array) -> Array:
+def _beside_others(gradient: Array, hessian: Array, shown: Array) -> Array:
     """Correction (k,) of the average information for amplitudes that are small beside other noise.
 
     With the shares l of the variance that an amplitude contributes, over all directions of the data, the likelihood's
@@ -287,10 +291,10 @@ def _beside_others(slope: Array, bend: Array, shown: Array) -> Array:
 
     Parameters
     ----------
-    slope : (k,) derivatives. bend : (k, k) average information. shown : (k,) part in the residuals.
+    gradient : (k,) derivatives. hessian : (k, k) average information. shown : (k,) part in the residuals.
     """
-    share = 0.5 * np.diag(bend) / np.maximum(shown, 1e-300)
-    return np.asarray(2 * np.maximum(slope, 0.0) * (1.0 - np.clip(share, 0.0, 1.0)))
+    share = 0.5 * np.diag(hessian) / np.maximum(shown, 1e-300)
+    return np.asarray(2 * np.maximum(gradient, 0.0) * (1.0 - np.clip(share, 0.0, 1.0)))
 
 
 @dataclass(frozen=True)
@@ -308,7 +312,7 @@ class _SolvedRun:
         return np.asarray(dpotrs(self.factor, columns, lower=1)[0])
 
     def remaining(self, inverse: Array, step: Array) -> tuple[Array, Array]:
-        """P - e e', (n, n), and the weighted residual e = P r, (n,), with P as in ``_curved``.
+        """P - e e', (n, n), and the weighted residual e = P r, (n,), with P as in ``_negative_likelihood``.
 
         Parameters
         ----------

@@ -108,11 +108,11 @@ def _smallest_effective(solved: Solved, effective: Array, count: int) -> float:
 
 
 def _enough_runs(solved: Solved) -> bool:
-    wholes = solved.regression.wholes
-    if len(wholes) < FEWEST_RUNS:
+    independent = solved.regression.independent_runs
+    if len(independent) < FEWEST_RUNS:
         return False
     parts = np.sum((solved.reduced.runs[:, :, :-1] @ solved.covariance) ** 2, axis=1)
-    information = np.array([np.sum(parts[list(run)], axis=0) for run in wholes])
+    information = np.array([np.sum(parts[list(run)], axis=0) for run in independent])
     return _smallest_effective(solved, intervals.effective_number(information), len(information)) >= FEWEST_EFFECTIVE
 
 
@@ -127,7 +127,7 @@ def _with_priors(solved: Solved, kind: Kind, found: intervals.Spread) -> tuple[A
     estimated = [u.prior_degrees < np.inf for u in solved.regression.shared if u.prior]
     if kind == "block":
         own = [(i, u.prior[1]) for i, u in enumerate(solved.regression.own) if u.prior]
-        rows += [follow[i] / std for follow in solved.follow for i, std in own]
+        rows += [response[i] / std for response in solved.own_response for i, std in own]
     moved = np.array(rows).reshape(-1, solved.s) @ solved.covariance
     covariance = found.covariance + moved.T @ moved
     scatter, total = np.diag(found.covariance), np.diag(covariance)
@@ -142,10 +142,10 @@ def _with_priors(solved: Solved, kind: Kind, found: intervals.Spread) -> tuple[A
 
 def _unit_factor(solved: Solved, unit: Unit, kind: Kind) -> UnitFactor:
     if kind == "run":
-        parts = next(parts for parts in solved.regression.wholes if unit.run in parts)
+        parts = next(parts for parts in solved.regression.independent_runs if unit.run in parts)
         rows = np.vstack([solved.reduced.runs[part] for part in parts])
         return UnitFactor(unit.run, rows, np.zeros((0, 0)), np.zeros((0, solved.s)))
-    return UnitFactor(unit.run, unit.factor, solved.own[unit.run], solved.follow[unit.run])
+    return UnitFactor(unit.run, unit.factor, solved.own[unit.run], solved.own_response[unit.run])
 
 
 def _units(solved: Solved, kind: Kind) -> tuple[list[Unit], tuple[Array, ...]]:
@@ -170,8 +170,10 @@ def _units(solved: Solved, kind: Kind) -> tuple[list[Unit], tuple[Array, ...]]:
         for label in range(int(labels.max(initial=-1)) + 1):
             units.append(Unit(run, label, qr_factor(matrix[labels == label]), np.zeros(s)))
     if kind == "run":
-        factors = (np.vstack([units[part].factor for part in parts]) for parts in regression.wholes)
-        units = [Unit(parts[0], 0, f, np.zeros(s)) for parts, f in zip(regression.wholes, factors, strict=True)]
+        factors = (np.vstack([units[part].factor for part in parts]) for parts in regression.independent_runs)
+        units = [
+            Unit(parts[0], 0, f, np.zeros(s)) for parts, f in zip(regression.independent_runs, factors, strict=True)
+        ]
     return units, tuple(residuals)
 
 
@@ -191,7 +193,7 @@ def _blocks_of_runs(solved: Solved) -> NDArray[np.int64]:
 def _cut(solved: Solved, run: int, rows: Rows, matrix: Array, blocks: int) -> NDArray[np.int64]:
     """Blocks of equal information about the shared unknowns within one run, in the order of time."""
     m = solved.m
-    total = matrix[:, m:-1] + matrix[:, :m] @ solved.follow[run]
+    total = matrix[:, m:-1] + matrix[:, :m] @ solved.own_response[run]
     information = np.sum((total @ solved.covariance) * total, axis=1)
     order = np.argsort(rows.time, kind="stable") if rows.time is not None else np.arange(len(information))
     labels = np.empty(len(information), dtype=np.int64)

@@ -52,7 +52,7 @@ def test_two_levels_are_too_few() -> None:
 def test_no_shape_is_freer_than_the_levels_tell() -> None:
     """Narrower shapes follow each run's own start speed, by forces of thousands of newtons between the levels."""
     case = narrow_splits.drive(5, narrow_splits.Report(runs=4))
-    problem = prepared(case, False, split_times=True).simulated
+    problem = prepared(case, False, split_times=True).simulated_problem
     assert len(problem.profiles[0].unknowns) == len(narrow_splits.Report().levels) - 1
     assert {p.order for p in problem.parts if p.coordinate == "speed"} == {5}
 

@@ -49,15 +49,15 @@ def detect(strategy: Strategy, at: FittedModel) -> Detection:
     """
     model = strategy.model
     names = [n for n in model.setup.candidates if n not in at.effects]
-    found = model.scores(at, [*names, *model.setup.free_profiles])
-    testable = tuple(n for n in names if is_testable(model, found, n))
-    chance = p_value(model, at, found, testable, scaled=True)
+    scores = model.scores(at, [*names, *model.setup.free_profiles])
+    testable = tuple(n for n in names if is_testable(model, scores, n))
+    p = p_value(model, at, scores, testable, scaled=True)
     if model.setup.far_off and not at.effects:  # scores mean little then, and an error is certain
-        chance = min(chance, found.smallest_p())
-    return Detection(found, testable, chance, at.system)
+        p = min(p, scores.smallest_p())
+    return Detection(scores, testable, p, at.system)
 
 
-def p_value(model: FullModel, at: FittedModel, found: Scores, names: Sequence[str], scaled: bool = False) -> float:
+def p_value(model: FullModel, at: FittedModel, scores: Scores, names: Sequence[str], scaled: bool = False) -> float:
     """Probability of statistics as large, over three families of tests, if none of these effects were present.
 
     p = min over families of p_family / share, with the shares of the policy scaled to sum to one. Effects that vary
@@ -65,35 +65,35 @@ def p_value(model: FullModel, at: FittedModel, found: Scores, names: Sequence[st
 
     Parameters
     ----------
-    at, found : the fitted model, and the scores beside it.
+    at, scores : the fitted model, and the scores beside it.
     scaled : see ``Scores.p_value``.
     """
     kind = {n: model.setup.candidates[n].kind for n in names}
     within = [n for n in names if kind[n] == "within_run"]
     between = [n for n in names if kind[n] == "between_run" and _enough_runs(model)]
-    profiles = [n for n in model.setup.free_profiles if found.rank[n]]
+    profiles = [n for n in model.setup.free_profiles if scores.rank[n]]
     tests = []  # share and p value of each family
     if within:
-        tests.append((POLICY.named_share, found.p_value(within, scaled=scaled)))
+        tests.append((POLICY.named_share, scores.p_value(within, scaled=scaled)))
     if between:
         tests.append((POLICY.named_share, model.scores(at, between, runs=True).p_value()))
     if profiles:
-        tests.append((POLICY.profile_share, found.p_value(profiles, scaled=scaled)))
+        tests.append((POLICY.profile_share, scores.p_value(profiles, scaled=scaled)))
     spent = sum(share for share, _ in tests)
     return min(1.0, spent * min(p / share for share, p in tests)) if tests else 1.0
 
 
-def is_testable(model: FullModel, found: Scores, name: str) -> bool:
+def is_testable(model: FullModel, scores: Scores, name: str) -> bool:
     """Whether these data would show the candidate at a plausible amplitude.
 
     Parameters
     ----------
-    found : scores of the candidates beside a fit. name : of the candidate.
+    scores : of the candidates beside a fit. name : of the candidate.
     """
-    return obstacle(model, found, name) is None
+    return obstacle(model, scores, name) is None
 
 
-def obstacle(model: FullModel, found: Scores, name: str) -> Obstacle | None:
+def obstacle(model: FullModel, scores: Scores, name: str) -> Obstacle | None:
     """Why these data would not show the candidate at a plausible amplitude; None where they would.
 
     "nuisance": a nuisance parameter of the baseline stands for it (``nuisance_effects``).
@@ -103,24 +103,24 @@ def obstacle(model: FullModel, found: Scores, name: str) -> Obstacle | None:
     """
     if name in model.nuisance_errors:
         return "nuisance"
-    if found.rank[name] == 0 or not (
-        found.visibility[name] > POLICY.least_visibility or found.stated[name] > POLICY.prior_information
+    if scores.rank[name] == 0 or not (
+        scores.visibility[name] > POLICY.least_visibility or scores.stated[name] > POLICY.prior_information
     ):
         return "collinear"
     if model.setup.candidates[name].kind == "between_run" and not _enough_runs(model):
         return "runs"
-    return None if reachable_t(model, found, name) > POLICY.reachable_t else "noise"
+    return None if reachable_t(model, scores, name) > POLICY.reachable_t else "noise"
 
 
-def reachable_t(model: FullModel, found: Scores, name: str) -> float:
+def reachable_t(model: FullModel, scores: Scores, name: str) -> float:
     """Largest score statistic t of the candidate, in standard errors, at the edge of its range; 0 if invisible.
 
     Parameters
     ----------
-    found : scores of the candidates beside a fit. name : of the candidate.
+    scores : of the candidates beside a fit. name : of the candidate.
     """
     effect = model.setup.candidates[name]
-    spread: Sequence[float] = found.spread[name].tolist()
+    spread: Sequence[float] = scores.spread[name].tolist()
     each = zip(model.amplitudes(name), spread, strict=True)
     return max((largest_plausible(effect, n) / s for n, s in each if s > 0), default=0.0)
 

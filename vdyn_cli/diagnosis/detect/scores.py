@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.strategies.linearized_system import LinearizedSystem, Projection, column_groups
+from vdyn_cli.diagnosis.strategies.linearized_system import STATED_PRIOR, LinearizedSystem, Projection, column_groups
 from vdyn_cli.quantities.arrays import Array
 
 SEED = 20170401  # arbitrary and fixed, so that the same data give the same p value
@@ -144,7 +144,7 @@ def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[
     visibility, stated, statistic, rank, estimate, spread = {}, {}, {}, {}, {}, {}
     measured = system.run >= 0
     priors = left[~measured[system.label]]
-    stated_priors = left[system.run[system.label] == -1]
+    stated_priors = left[system.run[system.label] == STATED_PRIOR]
     contributions = np.add.reduceat(left * beside.y[:, None], system.starts, axis=0)
     for name, columns in groups.items():
         size = float(np.sum(whole[:, columns] ** 2))
@@ -160,9 +160,19 @@ def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[
     for b, (first, last) in enumerate(zip(system.starts, [*system.starts[1:], len(left)], strict=True)):
         flipped[b] = beside.basis[first:last].T @ left[first:last]
     return Scores(
-        names, groups, visibility, stated, statistic, rank, estimate, spread,
-        left, contributions[measured], flipped[measured], priors,
-    )  # fmt: skip
+        names=names,
+        groups=groups,
+        visibility=visibility,
+        stated=stated,
+        statistic=statistic,
+        rank=rank,
+        estimate=estimate,
+        spread=spread,
+        _left=left,
+        _contributions=contributions[measured],
+        _flippable=flipped[measured],
+        _priors=priors,
+    )
 
 
 def omitted_effect_bias(system: LinearizedSystem, fitted: Sequence[str], column: Array) -> Array:

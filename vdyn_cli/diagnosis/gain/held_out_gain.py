@@ -199,7 +199,7 @@ def _leaves_one_way(model: FullModel, run: int) -> bool:
     directions = model.setup.directions
     if run < 0 or len(directions) != len(model.regression.runs):
         return False
-    others = {d for k, d in enumerate(directions) if k not in model.regression.wholes[run]}
+    others = {d for k, d in enumerate(directions) if k not in model.regression.independent_runs[run]}
     return len(others) == 1 < len(set(directions))
 
 
@@ -261,7 +261,7 @@ def _error(
     step = {n: value - point[n] for n, value in values.items()}
     start = _start(at.runs) if as_measured else None
     if run >= 0:
-        parts = at.runs.regression.wholes[run]
+        parts = at.runs.regression.independent_runs[run]
         return _together([_error_of_run(at.runs, k, step, None if start is None else start[k]) for k in parts])
     left = system.y - system.columns_of(list(step)) @ np.array(list(step.values()))
     mine = system.columns_of(system.own)

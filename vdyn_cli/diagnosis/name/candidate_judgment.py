@@ -63,13 +63,13 @@ def judge(strategy: Strategy, faults: Sequence[Finding] = (), limits: Limits | N
         return judgment
     if not detected:
         return replace(judgment, one_way=model.setup.one_way)
-    local, found_there = strategy.about_largest_effect(found)
-    answers, tried = accepted_models(local, found_there)
+    local, local_detection = strategy.about_largest_effect(found)
+    answers, tried = accepted_models(local, local_detection)
     answers = _without_idle_effects(strategy, local, answers, limits)
     judgment = _sized(strategy, replace(judgment, tried=tried, accepted=answers), limits)
     if not judgment.material:
         return replace(judgment, one_way=model.setup.one_way)
-    judgment = _accepting(strategy, judgment, answers, found_there)
+    judgment = _accepting(strategy, judgment, answers, local_detection)
     judgment = _with_gain(strategy, judgment, local) if judgment.answers else judgment
     named = [model.setup.candidates[name] for name in judgment.answer.effects] if judgment.answer else []
     if model.setup.one_way and any(effect.turns_with_heading or effect.begins_with_run for effect in named):
@@ -140,11 +140,11 @@ def _sized(strategy: Strategy, judgment: Judgment, limits: Limits | None) -> Jud
 
 
 def _accepting(
-    strategy: Strategy, judgment: Judgment, answers: tuple[CandidateModel, ...], found_there: Detection
+    strategy: Strategy, judgment: Judgment, answers: tuple[CandidateModel, ...], local_detection: Detection
 ) -> Judgment:
     """The judgment with those answers that their amplitudes do not refute; their held-out gain is not computed."""
     model = strategy.model
-    if not answers and (beyond := best_beyond_range(strategy, judgment.tried, found_there)):
+    if not answers and (beyond := best_beyond_range(strategy, judgment.tried, local_detection)):
         return judgment.refuted(BEYOND_RANGE, beyond)
     if not answers:
         return judgment.refuted(closest=best_fit(judgment.tried if judgment.size is not None else ()))
@@ -152,7 +152,7 @@ def _accepting(
     if len(answers) == 1 < len(answers[0].effects) and may_be_zero(model, strategy.relinearized(answers[0].fitted)):
         answers = nearly_sufficient(judgment.tried) or answers
     first = answers[0]
-    if any(is_imitated(model, answer, found_there) for answer in answers):
+    if any(is_imitated(model, answer, local_detection) for answer in answers):
         return judgment.refuted(IMITATED, first)
     if len(answers) == 1 and may_be_zero(model, strategy.relinearized(first.fitted)):
         return judgment.refuted(NOT_SIGNIFICANT, first)
@@ -238,7 +238,7 @@ def without_answer(strategy: Strategy, judgment: Judgment) -> Judgment | None:
 
 def _judged_again(strategy: Strategy, judgment: Judgment, answers: tuple[CandidateModel, ...]) -> Judgment | None:
     """The judgment with these answers instead of its own; None where significance or held-out gain refutes them."""
-    local, found_there = strategy.about_largest_effect(judgment.detection)
-    found = _accepting(strategy, judgment, answers, found_there)
+    local, local_detection = strategy.about_largest_effect(judgment.detection)
+    found = _accepting(strategy, judgment, answers, local_detection)
     found = _with_gain(strategy, found, local) if found.answers else found
     return found if found.answers else None

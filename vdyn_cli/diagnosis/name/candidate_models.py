@@ -28,21 +28,21 @@ class CandidateModel:
 
     Parameters
     ----------
-    rest_p : p value of the other candidates and of the profiles in the residual.
-    rest_mostly : the candidate or profile that is strongest in the residual.
-    rest_share : what that one would explain in addition, beyond chance, as a share of the rms misfit: the root of the
-        ratio of whitened sums of squares.
-    rest_in_part : whether that one corrects a law that one of the effects corrects, too.
+    residual_p : p value of the other candidates and of the profiles in the residual.
+    residual_like : the candidate or profile that is strongest in the residual.
+    residual_share : what that one would explain in addition, beyond chance, as a share of the rms misfit: the root of
+        the ratio of whitened sums of squares.
+    residual_in_part : whether that one corrects a law that one of the effects corrects, too.
     unphysical : a parameter of the baseline that is significantly outside its physical range; empty where none is.
     sensor_fault : whether all of its effects are sensor errors, and not all of them latencies.
     """
 
     effects: tuple[str, ...]
     fitted: FittedModel
-    rest_p: float
-    rest_mostly: str | None
-    rest_share: float
-    rest_in_part: bool = False
+    residual_p: float
+    residual_like: str | None
+    residual_share: float
+    residual_in_part: bool = False
     unphysical: str = ""
     sensor_fault: bool = False
 
@@ -54,19 +54,19 @@ class CandidateModel:
     @property
     def sufficient(self) -> bool:
         """Whether the residual is not significantly different from noise, with physically possible parameters."""
-        return self.rest_p > POLICY.rest_level and not self.unphysical
+        return self.residual_p > POLICY.rest_level and not self.unphysical
 
     @property
     def nearly_sufficient(self) -> bool:
         """Whether the residual is negligible although significant; a single effect may leave more in its own part."""
-        alone = len(self.effects) == 1 and self.rest_in_part
+        alone = len(self.effects) == 1 and self.residual_in_part
         least = POLICY.negligible_rest if alone else POLICY.exact_rest
-        return self.rest_share < least and not self.unphysical
+        return self.residual_share < least and not self.unphysical
 
     @property
     def explains_most(self) -> bool:
         """Whether it explains at least ``part_squares`` of the squared misfit, or leaves no significant residual."""
-        return self.rest_p > POLICY.rest_level or self.rest_share**2 <= 1 - POLICY.part_squares
+        return self.residual_p > POLICY.rest_level or self.residual_share**2 <= 1 - POLICY.part_squares
 
 
 def best_fit(models: Sequence[CandidateModel]) -> CandidateModel | None:
@@ -138,10 +138,17 @@ def candidate_model(strategy: Strategy, effects: Sequence[str], below: float = i
         share = sqrt(left / (explained + left))
     on = {law for e in effects for law in model.by_name[e].on}
     within = strongest is not None and not on.isdisjoint(model.by_name[strongest].on)
-    rest_p, unphysical = p_value(model, fitted, found, others), _unphysical(model, fitted)
     corrected = [model.by_name[e] for e in effects]
-    fault = all(e.sensor for e in corrected) and any(e.faulty for e in corrected)
-    return CandidateModel(tuple(effects), fitted, rest_p, strongest, share, within, unphysical, fault)
+    return CandidateModel(
+        effects=tuple(effects),
+        fitted=fitted,
+        residual_p=p_value(model, fitted, found, others),
+        residual_like=strongest,
+        residual_share=share,
+        residual_in_part=within,
+        unphysical=_unphysical(model, fitted),
+        sensor_fault=all(e.sensor for e in corrected) and any(e.faulty for e in corrected),
+    )
 
 
 def _unphysical(model: FullModel, fitted: FittedModel) -> str:

@@ -124,8 +124,8 @@ def nearly_sufficient(tried: Sequence[CandidateModel]) -> tuple[CandidateModel, 
     """
     if not any(t.nearly_sufficient for t in tried):
         return ()
-    least = min(t.rest_share for t in tried if t.nearly_sufficient)
-    return tuple(t for t in tried if t.rest_share <= POLICY.rest_ratio * least)
+    least = min(t.residual_share for t in tried if t.nearly_sufficient)
+    return tuple(t for t in tried if t.residual_share <= POLICY.rest_ratio * least)
 
 
 def simplest(
@@ -145,7 +145,7 @@ def simplest(
     if simple or not answers:
         return simple
     best = min(answers, key=lambda t: t.cost)
-    fewer = [t for t in laws if t.rest_p > POLICY.imitation_level and unknowns(t) < unknowns(best)]
+    fewer = [t for t in laws if t.residual_p > POLICY.imitation_level and unknowns(t) < unknowns(best)]
     close = [
         t for t in fewer if chdtrc(unknowns(best) - unknowns(t), 2 * (t.cost - best.cost)) > POLICY.imitation_level
     ]

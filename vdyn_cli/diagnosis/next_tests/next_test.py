@@ -39,7 +39,7 @@ def next_tests(strategy: Strategy, judgment: Judgment) -> tuple[NextTest, ...]:
     if judgment.verdict == "not_testable" or (judgment.verdict == "unknown" and setup.one_way):
         return _more_data(designer, judgment)
     if judgment.verdict == "unknown":
-        closest = sorted(judgment.tried, key=lambda t: -t.rest_p)[:SHOWN]
+        closest = sorted(judgment.tried, key=lambda t: -t.residual_p)[:SHOWN]
         return _discriminating(designer, list(pairwise(closest)), more=False)
     return _revealing(designer, judgment)
 

@@ -79,9 +79,9 @@ def effect_sizes(
 def remainder(judgment: Judgment) -> Remainder | None:
     """The significant residual of the answer, of the best of several, or of the model that comes closest."""
     one = best_fit(judgment.answers) or judgment.closest or judgment.immaterial
-    if one is None or not np.isfinite(one.rest_share):
+    if one is None or not np.isfinite(one.residual_share):
         return None
-    return Remainder(share_of_rms=one.rest_share, p_value=one.rest_p, mostly=one.rest_mostly)
+    return Remainder(share_of_rms=one.residual_share, p_value=one.residual_p, mostly=one.residual_like)
 
 
 def _by_results(found: FindingSize, base: Result, last: Result) -> Size | None:

@@ -76,7 +76,7 @@ class FullModel:
     @property
     def run_count(self) -> int:
         """Number of independent runs."""
-        return len(self.regression.wholes)
+        return len(self.regression.independent_runs)
 
     @property
     def nuisances(self) -> frozenset[str]:

@@ -5,11 +5,11 @@ Sign: the residual here is measured minus simulated, so that y = J d + noise; a 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,8 @@ from vdyn_cli.inference.linearized_regression import BLOCKS, blocks_of, blocks_w
 from vdyn_cli.inference.qr_factors import orthonormal, qr_factor
 from vdyn_cli.inference.regression import Residuals, prior_rows
 from vdyn_cli.quantities.arrays import Array
+
+STATED_PRIOR, ESTIMATED_PRIOR = -1, -2  # in place of the run of a unit
 
 
 @dataclass(frozen=True)
@@ -120,7 +122,7 @@ class LinearizedSystem:
     names : of the columns: the shared unknowns, then (if blocks are the units) every run's own as ``name#run``.
     columns : (n, p), J; y : (n,).
     label : (n,), the unit of each row, ascending.
-    run : (units,), the run of each unit; -1 for a stated prior, -2 for an estimated one.
+    run : (units,), the run of each unit; STATED_PRIOR or ESTIMATED_PRIOR for a prior.
     counts : (units,), number of rows of each before compression.
     kind : whether a unit is a run or a block of time.
     """
@@ -213,39 +215,76 @@ def linearized_system(linear: LinearizedRuns) -> LinearizedSystem:
     Parts of a run are one run.
     """
     regression = linear.regression
-    runs, wholes = len(regression.runs), regression.wholes
-    whole_of = {part: k for k, run in enumerate(wholes) for part in run}
-    kind: Literal["run", "block"] = "run" if len(wholes) >= POLICY.runs_as_units else "block"
-    s, m = len(regression.shared), len(regression.own)
+    by_run = len(regression.independent_runs) >= POLICY.runs_as_units
     names = [u.name for u in regression.shared]
-    if kind == "block":
-        names += [f"{u.name}#{k}" for k in range(runs) for u in regression.own]
-    parts: list[Array] = []
-    owner: list[tuple[int, int]] = []
-    each = -(-BLOCKS // runs)  # blocks of a run, an equal share
-    for k, rows in enumerate(linear.rows):
-        matrix = np.column_stack([rows.jacobian[:, s:], rows.jacobian[:, :s], -rows.residual])
-        known = prior_rows(regression.own, linear.own[k])
-        known = np.column_stack([known[:, :m], np.zeros((len(known), s)), -known[:, -1]])
-        if kind == "run":
-            parts.append(qr_factor(np.vstack([matrix, known]))[m:, m:])
-            owner.append((whole_of[k], rows.count))
-            continue
-        for i, block in enumerate(blocks_of(rows, matrix, blocks_within(rows, each))):
-            parts.append(_spread(qr_factor(matrix[block]), s, m, k, runs))
-            owner.append((whole_of[k], len(block) if rows.block_counts is None else int(rows.block_counts[i])))
-        for row in known:
-            parts.append(_spread(row[None], s, m, k, runs))
-            owner.append((-1, 1))
-    stated = [u.prior_stated for u in regression.shared if u.prior]
-    for row, by_user in zip(prior_rows(regression.shared, linear.shared), stated, strict=True):
-        parts.append(np.concatenate([row[:-1], np.zeros(len(names) - s), -row[-1:]])[None])
-        owner.append((-1 if by_user else -2, 1))
-    stacked = np.vstack(parts)
-    label = np.repeat(np.arange(len(parts), dtype=np.int64), [len(p) for p in parts])
-    run, count = np.array(owner, dtype=np.int64).T
-    system = LinearizedSystem(tuple(names), stacked[:, :-1], stacked[:, -1], label, run, count, "block")
-    return system if kind == "block" else system.by_run()
+    if not by_run:
+        names += [f"{u.name}#{k}" for k in range(len(regression.runs)) for u in regression.own]
+    units = [*(_whole_runs(linear) if by_run else _blocks(linear)), *_shared_priors(linear, len(names))]
+    rows = np.vstack([unit.rows for unit in units])
+    system = LinearizedSystem(
+        names=tuple(names),
+        columns=rows[:, :-1],
+        y=rows[:, -1],
+        label=np.repeat(np.arange(len(units), dtype=np.int64), [len(unit.rows) for unit in units]),
+        run=np.array([unit.run for unit in units], dtype=np.int64),
+        counts=np.array([unit.n_rows for unit in units], dtype=np.int64),
+        kind="block",
+    )
+    return system.by_run() if by_run else system
+
+
+class _UnitRows(NamedTuple):
+    """One unit's rows over [names of the system | y], its run as in ``LinearizedSystem``, and its rows before QR."""
+
+    rows: Array
+    run: int
+    n_rows: int
+
+
+def _whole_runs(linear: LinearizedRuns) -> Iterator[_UnitRows]:
+    """Each part of a run, with its own unknowns eliminated."""
+    m = len(linear.regression.own)
+    for run, k in _parts(linear.regression):
+        matrix, priors = _run_rows(linear, k)
+        yield _UnitRows(qr_factor(np.vstack([matrix, priors]))[m:, m:], run, linear.rows[k].count)
+
+
+def _blocks(linear: LinearizedRuns) -> Iterator[_UnitRows]:
+    """The blocks of each run, an equal number in each, and the priors of its own unknowns."""
+    regression = linear.regression
+    s, m, runs = len(regression.shared), len(regression.own), len(regression.runs)
+    for run, k in _parts(regression):
+        rows, (matrix, priors) = linear.rows[k], _run_rows(linear, k)
+        for i, block in enumerate(blocks_of(rows, matrix, blocks_within(rows, -(-BLOCKS // runs)))):
+            count = len(block) if rows.block_counts is None else int(rows.block_counts[i])
+            yield _UnitRows(_spread(qr_factor(matrix[block]), s, m, k, runs), run, count)
+        for prior in priors:
+            yield _UnitRows(_spread(prior[None], s, m, k, runs), STATED_PRIOR, 1)
+
+
+def _shared_priors(linear: LinearizedRuns, columns: int) -> Iterator[_UnitRows]:
+    """The prior of each shared unknown, in a system with this number of columns."""
+    shared = linear.regression.shared
+    stated = [u.prior_stated for u in shared if u.prior]
+    for row, by_user in zip(prior_rows(shared, linear.shared), stated, strict=True):
+        wide = np.concatenate([row[:-1], np.zeros(columns - len(shared)), -row[-1:]])
+        yield _UnitRows(wide[None], STATED_PRIOR if by_user else ESTIMATED_PRIOR, 1)
+
+
+def _parts(regression: Regression) -> list[tuple[int, int]]:
+    """Index of the independent run, and of the part, for each part in the order of ``regression.runs``."""
+    each = [(run, part) for run, parts in enumerate(regression.independent_runs) for part in parts]
+    return sorted(each, key=lambda pair: pair[1])
+
+
+def _run_rows(linear: LinearizedRuns, k: int) -> tuple[Array, Array]:
+    """The rows (n, m + s + 1) of one part of a run, and of the priors of its own unknowns, over [own | shared | y]."""
+    s, m, rows = len(linear.regression.shared), len(linear.regression.own), linear.rows[k]
+    priors = prior_rows(linear.regression.own, linear.own[k])
+    return (
+        np.column_stack([rows.jacobian[:, s:], rows.jacobian[:, :s], -rows.residual]),
+        np.column_stack([priors[:, :m], np.zeros((len(priors), s)), -priors[:, -1]]),
+    )
 
 
 def column_groups(names: Mapping[str, Sequence[str]]) -> dict[str, NDArray[np.int64]]:
