@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vdyn_cli.inference import Solution, solve
+from vdyn_cli.inference import Solution, Unknown
 from vdyn_cli.physics.models.load_transfer import SOUGHT
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding
@@ -16,20 +16,16 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.cg import figures, text
 from vdyn_cli.steps.cg.known_vehicle import COMPLIANCE, KnownVehicle
-from vdyn_cli.steps.cg.load_fit import TOLERANCE, LoadFit
+from vdyn_cli.steps.cg.load_fit import LoadFit
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.fit_outcome import fit_summary
+from vdyn_cli.steps.known_sensitivity import slopes_by_known
 
 ONLY_IN_EFFECTS = ("brake_share_front", COMPLIANCE)  # known numbers that the balance without effects does not contain
 
 
 def cg_result(fit: LoadFit, solution: Solution, vehicle: KnownVehicle, findings: Sequence[Finding]) -> Result:
-    """The result, whose intervals include the scatter of the runs and the uncertainty of the known numbers.
-
-    Raises
-    ------
-    ResultError : a fit with a known number changed by its standard deviation does not converge.
-    """
+    """The result, whose intervals include the scatter of the runs and the uncertainty of the known numbers."""
     moved = _moved(fit, solution, vehicle)
     estimates = _estimates(solution, moved, vehicle)
     if fit.pitch_inertia is not None:
@@ -56,17 +52,21 @@ def cg_result(fit: LoadFit, solution: Solution, vehicle: KnownVehicle, findings:
 
 
 def _moved(fit: LoadFit, solution: Solution, vehicle: KnownVehicle) -> dict[str, dict[str, float]]:
-    """Change of each result and effect when a known number is one standard deviation larger, by known number."""
-    moved, results = {}, (*SOUGHT, *fit.added.names)
-    for name, std in vehicle.std.items():
-        if name in ONLY_IN_EFFECTS and not fit.added:
-            continue
-        other = _refitted(replace(fit, known={**vehicle.values, name: vehicle.values[name] + std}), solution)
-        moved[name] = {n: other.values[n] - solution.values[n] for n in results}
-    if fit.pitch_inertia is not None:
-        other = _refitted(replace(fit, pitch_inertia=fit.pitch_inertia + vehicle.pitch_inertia_std), solution)
-        moved["pitch_inertia"] = {n: other.values[n] - solution.values[n] for n in results}
-    return moved
+    """Change of each result and effect when a known number is one standard deviation larger, by known number.
+
+    To first order: in the balance, masses and lengths multiply each other, so that a second order is std / value less.
+    """
+    std = {n: s for n, s in vehicle.std.items() if fit.added or n not in ONLY_IN_EFFECTS}
+    unknowns = (*fit.added.unknowns, *(Unknown(n, vehicle.values[n]) for n in std))
+    extended = replace(fit, added=replace(fit.added, unknowns=unknowns))
+    if fit.pitch_inertia is not None:  # an unknown with a prior
+        std["pitch_inertia"] = vehicle.pitch_inertia_std
+    if not std:
+        return {}
+    regression = extended.regression(extended.unknowns_at(solution))
+    slopes = slopes_by_known(regression, [*std], {**vehicle.values, **solution.values}, solution.per_run)
+    results = (*SOUGHT, *fit.added.names)
+    return {n: {r: row[r] * std[n] for r in results} for n, row in slopes.items()}
 
 
 def _inherited(fit: LoadFit, solution: Solution, moved: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
@@ -74,14 +74,6 @@ def _inherited(fit: LoadFit, solution: Solution, moved: Mapping[str, Mapping[str
     return {
         n: float(np.hypot(solution.std[n], np.linalg.norm([row[n] for row in moved.values()]))) for n in fit.added.names
     }
-
-
-def _refitted(fit: LoadFit, near: Solution) -> Solution:
-    """The fit with noise and true channels at the solution of a slightly different fit.
-
-    One round: further ones, in which these follow, change the difference between the fits by 0.2 %.
-    """
-    return solve(fit.regression(fit.unknowns_at(near)), tolerance=TOLERANCE)
 
 
 def _estimates(
