@@ -49,6 +49,7 @@ class Part:
     sensor : whether the addition is the error of a reading.
     inseparable : names of parts that these logs cannot separate from this one.
     order : highest order of the cosines; lower where the data have too few points for narrow shapes.
+    resembles : what else makes such a curve, and how to tell: a sentence, or empty.
     odd : whether the element is alike in both directions, so that of equal formulas an odd one is its law.
     """
 
@@ -74,6 +75,7 @@ class Part:
     inseparable: tuple[str, ...] = ()
     order: int = ORDER
     odd: bool = False
+    resembles: str = ""
 
     @property
     def name(self) -> str:

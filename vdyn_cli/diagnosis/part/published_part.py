@@ -38,7 +38,7 @@ def with_published_part(diagnosis: Diagnosis, found: PartJudgment) -> Diagnosis:
     if acting == () and part.law is None and learned is None:
         sentence = elsewhere(part, finding.parts[0].over)
     else:
-        sentence = f"{_lies_in(finding, part)}; {law_clause(part, learned, acting)}."
+        sentence = f"{_lies_in(finding, part)}; {law_clause(part, learned, acting)}. {finding.parts[0].resembles}"
     sentence = sentence if finding.explains else ""
     text = f"{diagnosis.sentence} {sentence}".strip()
     return diagnosis.model_copy(update={"part": part, "learned": learned, "sentence": text})

@@ -18,6 +18,7 @@ from vdyn_cli.steps.validate.car.prior import ParameterPrior
 from vdyn_cli.steps.validate.drives.segments import DriveSegment, total_drive_torque
 
 GAIN_ERROR = 0.05  # plausible size of a gain error: torque from motor current has 1 to 5 %
+GEAR = "In a car with gears, one gear's ratio or inertia makes such a curve: compare parts of the drives in one gear."
 LOSS = 0.05  # plausible size over the largest drive force: the loss of a final drive
 
 
@@ -60,6 +61,7 @@ def _torque_gain(coordinate: str, span: tuple[float, float], unit: str, over: st
     return Part(
         "drive_torque", "", coordinate, span, GAIN_ERROR, "", unit, "the drive torque's gain", over, anchored=False,
         called="drive_torque_gain", related=("drive",), factor="value", sensor=True,
+        resembles=GEAR if coordinate == "speed" else "",
     )  # fmt: skip
 
 
