@@ -52,6 +52,21 @@ def test_stiffness_and_damping_are_recovered(one_turn: bool) -> None:
     assert found["shaft_stiffness_left"].std < 1e-3 * found["shaft_stiffness_left"].value
 
 
+def test_an_eccentric_encoder_is_named_and_corrected() -> None:
+    """0.1 deg once per turn: no law of the shaft explains it, and left in, it widens the stiffness's interval."""
+    log = angles()
+    wheel = log["wheel_angle"]
+    off = log.with_channels(wheel_angle=wheel + np.radians(0.1) * np.sin(wheel + 2.0))
+    result = STEP.estimate(spec(), (off,), Parameters())
+    (fault,) = [f for f in result.findings if f.fault]
+    assert "wheel_angle" in fault.where
+    assert "+-0.1 deg once per turn" in fault.what
+    stiffness = result.parameters["shaft_stiffness_left"]
+    assert abs(stiffness.value - plant.truth(CAR)["shaft_stiffness_left"]) < 4 * stiffness.std
+    assert stiffness.std < 1e-3 * stiffness.value
+    assert not [f for f in STEP.estimate(spec(), (log,), Parameters()).findings if f.fault]
+
+
 def test_a_coarse_encoder_leaves_the_stiffness_within_its_interval() -> None:
     """96 steps of a turn: the angle rests between two steps, so that its differences do not show its error."""
     log, step = angles(), 2 * np.pi / 96

@@ -31,7 +31,7 @@ def with_twist_of_angles(log: Log, gear_ratio: float) -> Log:
     log : with shaft_torque (N m), NaN where there is no reading.
     gear_ratio : turns of motor_angle per turn of the wheel; assumed exact, as a ratio of numbers of teeth.
     """
-    twist = _raw_twist(log, gear_ratio)
+    twist = raw_twist(log, gear_ratio)
     good = np.isfinite(twist) & np.isfinite(log["shaft_torque"])
     if np.count_nonzero(good) > 2:
         twist = twist - np.polyfit(log["shaft_torque"][good], twist[good], 1)[1]
@@ -69,7 +69,7 @@ def ratio_of_angles_doubts(log: Log, gear_ratio: float) -> list[Finding]:
     phi = a + T / k + b wheel_angle, where b is the relative error of the ratio; its part of phi must exceed
     ``WRONG_RATIO`` of the torque's. Fewer than ten readings give no finding.
     """
-    twist, turned = _raw_twist(log, gear_ratio), unwrapped(log["wheel_angle"])
+    twist, turned = raw_twist(log, gear_ratio), unwrapped(log["wheel_angle"])
     good = np.isfinite(twist) & np.isfinite(log["shaft_torque"])
     if np.count_nonzero(good) < 10:
         return []
@@ -96,5 +96,6 @@ def unwrapped(angle: Array) -> Array:
     return whole
 
 
-def _raw_twist(log: Log, gear_ratio: float) -> Array:
+def raw_twist(log: Log, gear_ratio: float) -> Array:
+    """The twist (n,), rad, by both angles, with their arbitrary zeros; parameters as of with_twist_of_angles."""
     return np.asarray(unwrapped(log["motor_angle"]) / gear_ratio - unwrapped(log["wheel_angle"]))

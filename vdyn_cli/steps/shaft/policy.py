@@ -16,6 +16,15 @@ class ShaftPolicy:
     """[standard deviations] of the delay of a shaft's torque, below which none is corrected. By chance once in 400
     logs, and the fit must also leave a residual without the delay."""
 
+    eccentric_share: float = 0.5
+    """[share] of the variance of the twist beside torque and damping, from which an error that repeats with the wheel's
+    turns is corrected. Twist and torque of a shaft without it leave noise and errors of its law, which have no period
+    of a turn: below 0.05 on logs of centered encoders, also with backlash or a
+    viscoelastic shaft."""
+
+    eccentric_turns: float = 2.0
+    """[turns] of the wheel in a log, at least: in fewer the error is not seen to repeat, and resembles a tip-in."""
+
     ratio_agreement: float = 0.02
     """[share of the gear ratio] by which the ratio of the speeds may differ from it. A gear ratio is exact, because
     teeth are counted; gains of two speed sensors differ by less."""

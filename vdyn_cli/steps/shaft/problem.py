@@ -25,6 +25,7 @@ from vdyn_cli.steps.free_profiles import KNOTS, profile
 from vdyn_cli.steps.pendulum.pendulum_inertia import UNITS, rod_stiffness
 from vdyn_cli.steps.shaft.changed_run import changed_runs
 from vdyn_cli.steps.shaft.combined_regression import combined_regression
+from vdyn_cli.steps.shaft.encoder_eccentricity import with_centered_encoder
 from vdyn_cli.steps.shaft.parts import shaft_parts, symmetric_span
 from vdyn_cli.steps.shaft.result import shaft_result
 from vdyn_cli.steps.shaft.sections import drawing_budget
@@ -133,6 +134,9 @@ def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftPro
     ------
     InputError : neither drawing, bar nor log is given; or as :func:`readings_of`.
     """
+    centered = [with_centered_encoder(log, spec.settings.gear_ratio.value) for log in logs]
+    eccentric = [finding for _, findings in centered for finding in findings]
+    logs = [log for log, _ in centered]
     read = cache(lambda seconds: readings_of(spec, logs, seconds))
     stated = spec.settings.torque_delay
     delay, clocks = torque_delay(read, assumed_delay(logs) if stated is None else stated)
@@ -158,7 +162,7 @@ def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftPro
     if not sides:
         remedy = "add 'sections' with a drawing, or 'runs' with a tip-in log"
         raise InputError(Finding("shaft", "neither a drawing nor a log is given", "", remedy))
-    log_findings = (*clocks, *filters, *(f for log in logs for f in log.findings))
+    log_findings = (*eccentric, *clocks, *filters, *(f for log in logs for f in log.findings))
     return ShaftProblem(tuple(sides), findings, log_findings)
 
 

@@ -1,0 +1,57 @@
+"""Removes the error that an eccentric encoder of the wheel repeats at every turn."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vdyn_cli.inference.robust_fits import least_squares
+from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.shaft.encoder_angles import ANGLES, raw_twist, unwrapped
+from vdyn_cli.steps.shaft.policy import SHAFT_POLICY
+
+SMOOTHED = 0.01  # s, mean of the torque before its derivative: below a tenth of a period of a driveline's oscillation
+
+
+def with_centered_encoder(log: Log, gear_ratio: float) -> tuple[Log, tuple[Finding, ...]]:
+    """The log with its wheel angle corrected for an eccentric encoder, and a finding; unchanged where none shows.
+
+        phi = a + T / k + b T' + A sin theta + B cos theta
+
+    phi is the twist by both angles, theta the wheel's angle. The derivative T' of the torque stands for the damping, so
+    that an oscillation of the shaft itself is not taken for an error of the encoder. The last two terms must explain
+    ``eccentric_share`` of what the others leave, over ``eccentric_turns``. Each log has its own A and B, because the
+    zero of an incremental encoder is arbitrary.
+
+    Parameters
+    ----------
+    log : shaft_torque (N m), motor_angle and wheel_angle (rad); other logs are returned as they are.
+    gear_ratio : turns of motor_angle per turn of the wheel.
+    """
+    if "twist" in log or "shaft_torque" not in log or not all(name in log for name in ANGLES):
+        return log, ()
+    twist, turned = raw_twist(log, gear_ratio), unwrapped(log["wheel_angle"])
+    columns = np.column_stack([np.ones(twist.size), *_torques(log), np.sin(turned), np.cos(turned)])
+    good = np.isfinite(twist) & np.isfinite(columns).all(axis=1)
+    if np.count_nonzero(good) < 10 or np.ptp(turned[good]) < 2.0 * np.pi * SHAFT_POLICY.eccentric_turns:
+        return log, ()
+    found, left = least_squares(columns[good], twist[good])
+    _, before = least_squares(columns[good, :-2], twist[good])
+    share = 1.0 - float(left @ left) / max(float(before @ before), 1e-300)
+    if share < SHAFT_POLICY.eccentric_share:
+        return log, ()
+    size = np.degrees(np.hypot(found[-2], found[-1]))
+    what = f"errs by +-{size:.2g} deg once per turn (eccentric encoder), and is corrected by that"
+    got = f"{100 * share:.0f} % of the variance of the twist that the torque does not explain"
+    remedy = "center the encoder on the wheel's axis"
+    corrected = log.with_channels(wheel_angle=turned + columns[:, -2:] @ found[-2:])
+    return corrected, (Finding(f"{log.name}, channel 'wheel_angle'", what, got, remedy, fault=True),)
+
+
+def _torques(log: Log) -> tuple[Array, Array]:
+    """The torque (n,), N m, and its derivative, N m/s, of means over ``SMOOTHED``."""
+    torque, time = log["shaft_torque"], log.time
+    width = max(round(SMOOTHED / float(np.median(np.diff(time)))), 1)
+    mean = np.convolve(np.pad(torque, width, mode="edge"), np.ones(width) / width, "same")[width:-width]
+    return torque, np.gradient(mean, time)
