@@ -95,10 +95,10 @@ def test_what_was_not_used_for_longest_is_removed(folder: Path, monkeypatch: pyt
 def test_kept_code_computes_what_new_code_does(folder: Path) -> None:
     program = (
         "import numpy as np; from vdyn_cli.engine.native import compiled\n"
-        "text = '''declare double @sin(double)\ndefine void @run(i64 %n, i64 %g, ptr %z, ptr %u, ptr %d, ptr %p,"
-        " ptr %t, ptr %w, ptr %x) {\n%a = load double, ptr %z\n%b = call double @sin(double %a)\n"
+        "text = '''declare double @sin(double)\ndefine void @run(i64 %n, i64 %e, i64 %g, ptr %z, ptr %u, ptr %d,"
+        " ptr %p, ptr %t, ptr %w, ptr %x) {\n%a = load double, ptr %z\n%b = call double @sin(double %a)\n"
         "store double %b, ptr %z\nret void\n}'''\n"
-        "z = np.ones(1); run, owner = compiled(text); run(1, 0, z.ctypes.data, *[0] * 6); print(z[0].hex())"
+        "z = np.ones(1); run, owner = compiled(text); run(1, 1, 0, z.ctypes.data, *[0] * 6); print(z[0].hex())"
     )
     seen = [
         subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True) for _ in range(2)

@@ -131,11 +131,11 @@ class Integrator:
     def _run(self, kernel: Kernel, z: Array, grid: Grid, seen: GridReadings, tangents: Array) -> None:
         """Run one kernel, in batches of steps that limit the memory."""
         total, sub, directions, m = grid.steps.size, grid.substeps, kernel.directions, self.readings
-        rows = min(total, kernel.rows)
-        w, passed = np.empty((rows, m * (directions + 1))), np.empty((rows, self.states))
+        rows = min(total, kernel.steps(sub))
+        w, passed = np.zeros((rows, m * (directions + 1))), np.empty((rows, self.states))
         for begin in range(0, total, rows):
             n = min(rows, total - begin)
-            kernel(n, z, grid.inputs[begin:], grid.steps[begin:], self.constants, w, passed)
+            kernel(sub, z, grid.inputs[begin:], grid.steps[begin : begin + n], self.constants, w, passed)
             at = slice(-begin % sub, n, sub)  # the substeps that begin at a sample
             with np.errstate(invalid="ignore", over="ignore"):  # a state that is not finite stays so until the end
                 finite = np.isfinite(z.sum() + w[at].sum())

@@ -237,7 +237,7 @@ def _single(row: str) -> Tangents:
 
 @lru_cache(maxsize=64)
 def print_kernel(graph: Graph, width: int, live: frozenset[int], seeded: frozenset[int]) -> str:
-    """The text of ``void run(i64 n, i64 groups, z, u, dt, p, p_tangents, w, trajectory)``, arrays as in kernel.py.
+    """The text of ``void run(n, every, groups, z, u, dt, p, p_tangents, w, trajectory)``, arrays as in kernel.py.
 
     ``width`` is the number of tangent directions of a group; ``live`` and ``seeded`` are the indices of the states and
     constants whose tangents can be nonzero.

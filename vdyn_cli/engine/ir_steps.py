@@ -20,6 +20,7 @@ STAGES = (
     ("k3", "%h", "after", "k4"),
 )
 _RATES = ("still", "k1", "k2", "k3", "k4")
+_ARRAYS = "ptr %z, ptr %u, ptr %dt, ptr %p, ptr %tp, ptr %w, ptr %trajectory"
 _LENGTHS = "double %h, double %half, double %sixth"
 
 
@@ -48,7 +49,7 @@ class KernelSizes:
 
 
 def print_steps(s: KernelSizes) -> list[str]:
-    """``void run(n, groups, z, u, dt, p, tp, w, trajectory)``, arrays as in kernel.py.
+    """``void run(n, every, groups, z, u, dt, p, tp, w, trajectory)``, arrays as in kernel.py.
 
     It calls ``prepare(p, q, tape)`` once, which stores in q the values that depend on constants only; then ``field(z,
     k, h, u, p, q, f, w, tape, reading)``: rates f and, on request, readings w of the state z + h k. For the tangents of
@@ -59,7 +60,7 @@ def print_steps(s: KernelSizes) -> list[str]:
         *_functions("", 1, s.states),
         *_function("halfway", "out left right", "", (1, s.inputs), _mean),
         *(_tangent_functions(s) if s.width else []),
-        "define void @run(i64 %n, i64 %groups, ptr %z, ptr %u, ptr %dt, ptr %p, ptr %tp, ptr %w, ptr %trajectory) #0 {",
+        f"define void @run(i64 %n, i64 %every, i64 %groups, {_ARRAYS}) #0 {{",
         "entry:",
         *_allocated({**local, "tapes": s.tape * len(s.stages)}),
         *(f"%size_{name} = mul i64 %groups, {s.width * size}" for name, size in _per_group(s).items()),
@@ -94,16 +95,23 @@ def _step(s: KernelSizes) -> list[str]:
         "%h = load double, ptr %length, align 8",
         "%half = fdiv double %h, 2.0",
         "%sixth = fdiv double %h, 6.0",
+        "%since = urem i64 %at, %every",
+        "%reading = icmp eq i64 %since, 0",
         "call void @copy(ptr %kept, ptr %now)",
         "call void @halfway(ptr %middle, ptr %before, ptr %after)",
     ]
     for at, (k, h, u, rates) in enumerate(s.stages):
-        arrays = f"ptr %{u}, ptr %p, ptr %q, ptr %{rates}, ptr %read, ptr %tape{at}, i1 {str(not at).lower()}"
+        arrays = f"ptr %{u}, ptr %p, ptr %q, ptr %{rates}, ptr %read, ptr %tape{at}, i1 {_reading(at)}"
         lines += [f"%tape{at} = getelementptr double, ptr %tapes, i64 {at * s.tape}"]
         lines += [f"call void @field(ptr %now, ptr %{k}, double {h}, {arrays})"]
     lines += ["call void @finish(ptr %now, ptr %k1, ptr %k2, ptr %k3, ptr %k4, double %sixth)"]
-    arrays = f"i64 %groups, ptr %t_z, ptr %tp, ptr %t_q, ptr %seen, ptr %tapes, {_LENGTHS}"
+    arrays = f"i64 %groups, ptr %t_z, ptr %tp, ptr %t_q, ptr %seen, ptr %tapes, i1 %reading, {_LENGTHS}"
     return [*lines, f"call void @step({arrays})"] if s.width else lines
+
+
+def _reading(stage: int) -> str:
+    """Whether a stage computes the readings: the first of a step that begins at a sample."""
+    return "false" if stage else "%reading"
 
 
 def _tangent_functions(s: KernelSizes) -> list[str]:
@@ -112,7 +120,7 @@ def _tangent_functions(s: KernelSizes) -> list[str]:
     others = _address("ours", "tp", s.constants * s.width) + _address("held", "q", s.held * s.width)
     step = [*z, *others, *_address("seen", "w", s.readings * s.width)]
     for at, (k, h, _, rates) in enumerate(s.stages):
-        arrays = f"ptr %ours, ptr %held, ptr %{rates}, ptr %seen, ptr %tape{at}, i1 {str(not at).lower()}"
+        arrays = f"ptr %ours, ptr %held, ptr %{rates}, ptr %seen, ptr %tape{at}, i1 {_reading(at)}"
         step += [f"%tape{at} = getelementptr double, ptr %tape, i64 {at * s.tape}"]
         step += [f"call void @tangents(ptr %now, ptr %{k}, double {h}, {arrays})"]
     step += ["call void @d_finish(ptr %now, ptr %k1, ptr %k2, ptr %k3, ptr %k4, double %sixth)"]
@@ -122,7 +130,9 @@ def _tangent_functions(s: KernelSizes) -> list[str]:
     return [
         *_functions("d_", s.width, s.states),
         *_over_groups("begin", "ptr %z, ptr %from, ptr %tp, ptr %q, ptr %tape", [], [*copy, *prepare]),
-        *_over_groups("step", f"ptr %z, ptr %tp, ptr %q, ptr %w, ptr %tape, {_LENGTHS}", locals_of_step, step),
+        *_over_groups(
+            "step", f"ptr %z, ptr %tp, ptr %q, ptr %w, ptr %tape, i1 %reading, {_LENGTHS}", locals_of_step, step
+        ),
         *_over_groups("end", "ptr %z, ptr %from", [], copy),
     ]
 

@@ -33,11 +33,14 @@ class Kernel(Protocol):
 
     directions: int
     width: int
-    rows: int
+
+    def steps(self, every: int) -> int:
+        """Most steps of a call with readings before each ``every``-th; a multiple of it unless all rows are written."""
+        ...
 
     # Seven parameters: the signature of the compiled function
-    def __call__(self, n: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trajectory: Array) -> None:
-        """Compute the readings and advance one Runge-Kutta step, ``n`` <= rows times.
+    def __call__(self, every: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trajectory: Array) -> None:
+        """Advance n <= ``steps(every)`` Runge-Kutta steps; compute the readings before the first and each ``every``-th.
 
         All arrays are C-contiguous; the caller has checked them.
 
@@ -47,7 +50,7 @@ class Kernel(Protocol):
         u : (n + 1, inputs), linear over each step.
         dt : (n,) s; a step of length zero does not change the states.
         p : (constants,).
-        w : (n, readings (K + 1)), output: the readings before each step, arranged as z.
+        w : (n, readings (K + 1)), output: the readings before the steps, arranged as z; other rows may stay.
         trajectory : (n, states), output: the states before each step.
         """
         ...

@@ -24,7 +24,7 @@ WIDTHS = (0, 1, 2, 4, GROUP)  # directions of a group: full vectors; the process
 
 
 class MachineCode:
-    """A kernel in machine code; any number of steps up to ``rows``."""
+    """A kernel in machine code; any number of steps up to ``rows`` with readings."""
 
     def __init__(self, graph: Graph, seeds: Seeds) -> None:
         unknowns = seeds.constants.shape[1]
@@ -36,10 +36,14 @@ class MachineCode:
             print_kernel(graph, self.width, seeds.live, seeds.seeded), vectorized=not self.width
         )
 
+    def steps(self, every: int) -> int:
+        """Most steps of a call: so many that the rows with readings stay in the cache."""
+        return self.rows * every
+
     # Seven parameters: as Kernel.__call__
-    def __call__(self, n: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trajectory: Array) -> None:
+    def __call__(self, every: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trajectory: Array) -> None:
         arrays = z, u, dt, p, self._p_tangents, w, trajectory
-        self._run(n, self._p_tangents.shape[0], *(array.ctypes.data for array in arrays))
+        self._run(dt.size, every, self._p_tangents.shape[0], *(array.ctypes.data for array in arrays))
 
 
 @cache
@@ -93,7 +97,7 @@ def compiled(text: str, vectorized: bool = False) -> tuple[Callable[..., None], 
     # The engine loads the object code in place of an empty module, so that cached and new code run the same way.
     code = cached((text, str(vectorized), *_versions(llvm), str(_LEVEL), cpu, features), object_code)
     owner = engine(llvm.parse_assembly("define void @run() {\nret void\n}"), getbuffer_func=lambda _: code)
-    signature = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 2, *[ctypes.c_void_p] * 7)
+    signature = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 3, *[ctypes.c_void_p] * 7)
     return signature(owner.get_function_address("run")), owner
 
 

@@ -29,13 +29,18 @@ class VirtualMachine:
         for k, array in enumerate(self._got):
             self._buffer.set_res(k, memoryview(array))  # type: ignore[call-arg,arg-type]
 
+    def steps(self, every: int) -> int:
+        """The number of steps; the readings before all of them are computed."""
+        return self.rows
+
     # Seven parameters: as Kernel.__call__
-    def __call__(self, n: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trajectory: Array) -> None:
+    def __call__(self, every: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trajectory: Array) -> None:
+        n = dt.size
         start, before, after, steps, constants = self._held
         start[:] = z
         _fill(before.reshape(self.rows, u.shape[1]), u[:n])
         _fill(after.reshape(self.rows, u.shape[1]), u[1 : n + 1])
-        steps[:n], steps[n:] = dt[:n], 0.0
+        steps[:n], steps[n:] = dt, 0.0
         constants.reshape(self.rows, p.size)[:] = p
         self._run()
         passed = self._got[0].reshape(self.rows, z.size)[:n]
