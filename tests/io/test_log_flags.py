@@ -252,3 +252,12 @@ def test_the_end_of_an_acceleration_is_no_spike(seed: int) -> None:
     assert spikes(speed, 0.001).size == 0
     speed[70] += 2.0
     assert spikes(speed, 0.001).tolist() == [70]
+
+
+@pytest.mark.parametrize("samples", [2, 4, 9])
+def test_a_short_pulse_of_a_speed_is_a_dropout_and_a_fast_drive_is_not(samples: int) -> None:
+    channels = day()
+    channels["speed"][2000 : 2000 + samples] += 4.0
+    assert [f for f in found(channels) if f[0] == "speed"] == [("speed", "dropout", 2000, 2000 + samples)]
+    channels["speed"][2000:2100] += np.where(np.arange(100) < samples, 0.0, 4.0)  # now a longer segment
+    assert ("speed", "dropout") not in [f[:2] for f in found(channels)]

@@ -13,7 +13,7 @@ from vdyn_cli.io.quality.level_steps import level_step_fault
 from vdyn_cli.io.quality.regular_faults import all_channels_faults, contradicted_command, regular_faults
 from vdyn_cli.io.quality.regular_segments import Spans
 from vdyn_cli.io.quality.sampled_channel import SampledChannel, sampled_channel
-from vdyn_cli.io.quality.spikes import dropouts, spikes
+from vdyn_cli.io.quality.spikes import dropouts, pulses, spikes
 from vdyn_cli.quantities.arrays import Array, Mask, Rows
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quality_flags import EVERY, Fault, Flag, LogFlags
@@ -103,6 +103,8 @@ def _alone(channel: SampledChannel, taken: Mask, log: Log, wrong: Rows) -> Itera
     for a, b in _free(dropouts(values), free) if channel.varies else ():
         what = f"jumps to {channel.text(values[a])} and back"
         yield fault(a, b, "dropout" if b - a > 1 else "spike", what)
+    for a, b in _free(pulses(values), ~marked) if channel.name in ("speed", "vehicle_speed") else ():
+        yield fault(a, b, "dropout", f"jumps by {channel.text(values[a] - values[a - 1], 3, step=True)} and back")
     if not channel.rests and np.ptp(values) > 0.0:
         for a, b, test, why in regular_faults(channel, marked):
             yield fault(a, b, test, why)

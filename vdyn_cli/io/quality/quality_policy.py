@@ -178,6 +178,10 @@ class QualityPolicy:
     """times the 99 % quantile of steps: least jump at both ends of a dropout. Steps of a moving car have a long tail:
     in 18 trips the largest step and back is below 4 such quantiles."""
 
+    longest_pulse: int = 10
+    """[samples] of a speed that jumps and back by more than dropout_jump at each end. A receiver's wrong fixes last up
+    to a second; a longer segment may be a drive of its own behind a gap of the recording. 18 trips have no pulse."""
+
     longest_step: float = 1.5
     """times the usual step of the clock, or its scatter: a step that is longer by more is a gap. A lost row doubles a
     step; the jitter of a software clock stays within its scatter."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from vdyn_cli.io.quality.quality_policy import QUALITY
@@ -88,6 +90,29 @@ def dropouts(values: Array) -> list[tuple[int, int]]:
     large = np.abs(jumps) > QUALITY.dropout_jump * usual
     pair = np.flatnonzero(large[:-1] & large[1:] & (jumps[:-1] * jumps[1:] < 0.0))
     return [(int(moves[k]) + 1, int(moves[k + 1]) + 1) for k in pair]
+
+
+def pulses(values: Array) -> list[tuple[int, int]]:
+    """Segments of 2 to ``longest_pulse`` samples that a speed jumps to, and back from, as dropouts but not constant.
+
+    Returned as first sample and the one after the last; a jump exceeds the 99 % quantile of the nonzero steps
+    ``dropout_jump`` times, and the values before and after differ by less than ``spike_return`` of it.
+
+    Parameters
+    ----------
+    values : (n,) of a car's speed, without gaps: its mass lets it change by no such step.
+    """
+    steps = np.diff(values)
+    size = np.abs(steps[steps != 0.0])
+    if size.size < _FEWEST_SAMPLES:
+        return []
+    jumps = np.flatnonzero(np.abs(steps) > QUALITY.dropout_jump * float(np.quantile(size, 0.99)))
+    found = []
+    for a, b in pairwise(jumps.tolist()):
+        back = abs(values[b + 1] - values[a]) < QUALITY.spike_return * min(abs(steps[a]), abs(steps[b]))
+        if 2 <= b - a <= QUALITY.longest_pulse and back and steps[a] * steps[b] < 0.0:
+            found.append((a + 1, b + 1))
+    return found
 
 
 def level_step(values: Array) -> int | None:
