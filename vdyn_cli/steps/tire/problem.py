@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -151,11 +151,10 @@ class TireProblem(SimulatedProblem):
         open_end = formula.peak is None and formula.fit.scale == 1.0
         prior = (self.formula or self.fit).prior
         try:
-            bare = replace(formula.fit, prior=prior, scale=1.0)
-            few, finer = (departing(bare, terms) for terms in (FEW_TERMS, DEPARTURE))
-            curve = fitted_curve(few)
+            forms = _free_forms(replace(formula.fit, prior=prior, scale=1.0))
+            curve = next(forms)
             if self.formula or open_end or explains_more(curve, formula, TIRE_POLICY.departs):
-                return tire_result(curve, prior, self.logs, formula, fitted_curve(finer))
+                return tire_result(curve, prior, self.logs, formula, next(forms, curve))
         except ResultError:
             if self.formula is not None:
                 raise
@@ -175,6 +174,23 @@ class TireProblem(SimulatedProblem):
             return ()
         what = "contradicts the other sweeps, which are consistent without it"
         return (Finding(found[0], what, remedy="check for a wet or cold road, another load, or a failed channel"),)
+
+
+def _free_forms(bare: TireCurveProblem) -> Iterator[FittedCurve]:
+    """Fits with few and with all terms of a departure from the magic formula; one that fails is left out.
+
+    Raises
+    ------
+    ResultError : both fail.
+    """
+    failed: list[ResultError] = []
+    for terms in (FEW_TERMS, DEPARTURE):
+        try:
+            yield fitted_curve(departing(bare, terms))
+        except ResultError as error:
+            failed.append(error)
+    if len(failed) > 1:
+        raise failed[0]
 
 
 def prepare(spec: TireSpec, logs: Sequence[Log], known: Parameters) -> TireProblem:
