@@ -64,17 +64,17 @@ def changed_in(regression: Regression) -> Mask | None:
     changes += [np.isin(number, (k, k + 1)).astype(float) for k in range(1, count - 2) if count > 2 * FEWEST]
     gradual = [number / count, *(np.exp(-number / w) for w in WARMING)]
     single = [(number == k).astype(float) for k in range(count)]
-    families = [[search.form(f) for f in some] for some in (changes, gradual, single)] + [search.winds]
-    found = search.quick([search.form(0.0 * number), *(form for some in families for form in some)])
-    each = np.split(found[1:], np.cumsum([len(some) for some in families])[:-1])
-    if each[0].max() < found[0]:
+    forms = [search.form(factors) for factors in changes]
+    none, *likelihoods = search.quick([search.form(0.0 * number), *forms])
+    best = int(np.argmax(likelihoods))
+    if likelihoods[best] < none:
         return None
-    best = int(np.argmax(each[0]))
-    change = search.evidence(families[0][best], CHANGED)
+    change = search.evidence(forms[best], CHANGED)
     if change < search.evidence() + COASTDOWN_POLICY.change_shown:
         return None
-    for forms, values, columns in zip(families[1:], each[1:], (CHANGED, CHANGED, BOTH), strict=True):
-        rival = search.evidence(forms[int(np.argmax(values))], columns) if forms else -np.inf
+    rivals = [([search.form(f) for f in gradual], CHANGED), ([search.form(f) for f in single], CHANGED)]
+    for others, columns in (*rivals, (search.winds, BOTH)):
+        rival = search.evidence(others[int(np.argmax(search.quick(others)))], columns) if others else -np.inf
         if change < rival + COASTDOWN_POLICY.change_over_gradual:
             return None
     return np.asarray(changes[best] > 0.0)
