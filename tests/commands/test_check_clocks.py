@@ -30,7 +30,7 @@ def test_a_coast_with_a_long_gap_of_the_clock_is_to_be_repeated(tmp_path: Path) 
     assert "are missing: time steps by 40.1 s" in why
     assert gap["share"] == pytest.approx(40.1 / 94.9, rel=1e-3)
     coasts = document["coasts"]
-    assert any("without the runs to repeat" in s and "coast_1" in s for s in coasts["sentences"])
+    assert any("do not include the runs to repeat" in s and "coast_1" in s for s in coasts["sentences"])
     assert (coasts["out"], coasts["back"], coasts["pairs"]) == (4, 3, 3)
     assert [row["mean"] is None for row in coasts["runs"]] == [k == 1 for k in range(RUNS)]
     assert coasts["runs"][1]["influence"] is not None

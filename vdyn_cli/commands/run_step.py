@@ -165,7 +165,11 @@ def write_report(
     folder: Path,
     lock: Callable[[Path], AbstractContextManager[object]] = nullcontext,
 ) -> None:
-    """Draw the page of a step's result, and write JSON, page and section together; ``lock`` as for ``write_step``.
+    """Draw the page of a step's result, and write JSON, page and section together.
+
+    Parameters
+    ----------
+    name : of the files, without suffix. folder : where they are written. lock : as for ``write_step``.
 
     Raises
     ------

@@ -168,7 +168,7 @@ def test_the_energy_decides_an_overall_sign_that_vibration_hides(car: tuple[Vehi
             "acceleration": log["acceleration"] + 20.0 * np.cos(2 * np.pi * 31.0 * log.time),
         }
         shaken.append(log.with_channels(**channels))
-    with pytest.raises(InputError, match=r"(?s)kinetic energy falls.*add 'sign: -1' to its channel"):
+    with pytest.raises(InputError, match=r"(?s)positive where the car slows down.*add 'sign: -1' to its channel"):
         STEP.estimate(SPEC, InertiaData(tuple(shaken)), known(vehicle))
 
 

@@ -211,7 +211,7 @@ def test_an_effect_of_an_earlier_step_that_the_model_cannot_take_is_reported(roo
     problem = prepared(replace(found, known=replace(found.known, extensions=extensions)))
     dropped = dropped_effects(problem.model, problem.known)
     assert [f.where for f in dropped] == ["extensions.suspension_friction", "extensions.seal_drag"]
-    assert "its law is not in this model" in dropped[0].what
+    assert "this model does not have the part that it changes" in dropped[0].what
     assert "no such effect is installed" in dropped[1].what
     assert not any(f.minor for f in dropped)
 

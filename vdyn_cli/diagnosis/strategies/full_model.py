@@ -114,9 +114,11 @@ class FullModel:
 def hopeless_cost(base: float, best: float) -> float:
     """The cost above which a candidate leaves so much of what the best one explains that it cannot be an answer.
 
+    best + max(share^2 (base - best), t^2), with ``hopeless_share`` and ``large_t`` of the policy.
+
     Parameters
     ----------
-    base, best : cost of the baseline and of the best candidate.
+    base, best : cost (half a sum of squares) of the baseline and of the best candidate.
     """
     return best + max(POLICY.hopeless_share**2 * (base - best), POLICY.large_t**2)
 

@@ -49,9 +49,9 @@ def balance_of_kept(inputs: Inputs, coasts: CoastBalance | None, runs: Sequence[
     except InputError:  # too few runs are left
         of_kept = None
     if of_kept is None:
-        said = f"these include the runs to repeat, as do accuracy and limits: {names}"
+        said = f"balance, accuracy and limits include the runs to repeat: {names}"
         return coasts.model_copy(update={"sentences": [*coasts.sentences[:1], said, *coasts.sentences[1:]]})
-    said = f"these are without the runs to repeat, as are accuracy and limits: {names}"
+    said = f"balance, accuracy and limits do not include the runs to repeat: {names}"
     rows = {k: row for k, row in zip(kept, of_kept.runs, strict=True)}
     whole = [rows.get(k, row.model_copy(update={"mean": None})) for k, row in enumerate(coasts.runs)]
     sentences = [*of_kept.sentences[:1], said, *of_kept.sentences[1:]]

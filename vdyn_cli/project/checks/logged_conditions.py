@@ -86,7 +86,12 @@ def wrong_directions(runs: Sequence[Run], logged: Sequence[LoggedDirection], sou
 
 
 def wrong_starts(runs: Sequence[Run], facts: Sequence[Sequence[ChannelFacts]], source: YamlSource) -> Iterator[Finding]:
-    """Runs whose stated start differs from that of the log's clock by more than ``start_error``, or by their order."""
+    """Runs whose stated start differs from that of the log's clock by more than ``start_error``, or by their order.
+
+    Parameters
+    ----------
+    runs : of the description. facts : of every channel of each run's logs. source : of the description, for messages.
+    """
     stated = [run.start.value for run in runs if run.start is not None]
     for k, start in enumerate(stated if len(stated) == len(runs) else ()):
         if start in stated[:k] and runs[k].from_time is None:

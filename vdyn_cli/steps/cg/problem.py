@@ -47,7 +47,7 @@ SPEED_INTEGRATED = Finding(
     "cg",
     "speed is not logged; it is the integral of the acceleration, zero at its minimum",
     "",
-    "map 'speed' if logged: it also shows a tilt or a zero of the accelerometer",
+    "map 'speed' if logged: it also shows a tilt or a zero offset of the accelerometer",
     minor=True,
 )
 

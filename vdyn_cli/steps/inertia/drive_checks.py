@@ -67,7 +67,7 @@ def sign_doubts(log: Log) -> list[Finding]:
                 wrong(channel, "torque and force are negative where the wheel drives the car")
     elif not findings and with_force > STEP_POLICY.sign_correlation and _energy_falls(log):
         for channel in ("hub_torque", "hub_force_x"):
-            wrong(channel, "torque and force do work on the car where its kinetic energy falls")
+            wrong(channel, "torque and force are positive where the car slows down")
     return findings
 
 

@@ -95,7 +95,7 @@ def without_late_clutch(segments: Sequence[CoastSegment]) -> KeptAndRejected:
         return list(segments), []
     drag, size = seen
     more = f"{size:.2f} m/s^2 more in their first {drag.time:.1f} s than later"
-    why = f"all runs decelerate by {more}: clutch or driveline?"
+    why = f"all runs decelerate by {more}: the clutch or the driveline probably still drags"
     return without_starts(segments, starts, drag.until, drag.time, why)
 
 

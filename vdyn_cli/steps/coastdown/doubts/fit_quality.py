@@ -117,7 +117,7 @@ class FitQuality:
             "it is the road, but not if it is a brake or clutch that drags at the start of every run"
         )
         if self.fit.campaign.road is not None:
-            remedy = "log the wind, or extend by grade_profile"
+            remedy = "log the wind, or add the road to the model with 'diagnose: {extend: [grade_profile]}'"
         elif self.fit.campaign.accelerometer != "none":  # which measures the slope
             remedy = "log the wind"
         else:
@@ -154,7 +154,9 @@ class FitQuality:
                 remedy = "look for traffic, a brake or a gust in it; leave the run out only for such a reason"
                 found.append(Finding(run, what + "it disagrees with the other runs", remedy=remedy, doubt=True))
             else:
-                found.append(Finding(run, what + "the answer depends on it", remedy="repeat it, or drive more runs"))
+                found.append(
+                    Finding(run, what + "the result depends on this one run", remedy="repeat it, or drive more runs")
+                )
         return found
 
     def _carries(self, name: str, shift: float) -> bool:

@@ -133,7 +133,7 @@ class RunDecelerations:
         )
         other = fits_opposite(rates, [s.direction for s in self.segments], found.run)
         cause = direction_doubt(other) if other else "brake, gear, traffic or a gust, or its direction is wrong"
-        cause = "but not at all speeds; an uneven road, traffic, a brake or a gust" if mixed else cause
+        cause = "but not at all speeds, so probably an uneven road, traffic, a brake or a gust" if mixed else cause
         return OddRun(self.segments[found.run], why + cause, INSPECT, rejected)
 
     def _opposite_share(self, run: int) -> float:

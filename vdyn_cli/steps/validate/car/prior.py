@@ -280,7 +280,9 @@ def dropped_effects(model: Model, known: Parameters) -> tuple[Finding, ...]:
     taken, installed = {e.name for e in carried_effects(model, known)}, {e.name for e in catalog()}
     found = []
     for name in (n for n in known.extensions if n not in taken):
-        why = "its law is not in this model" if name in installed else "no such effect is installed"
+        why = (
+            "this model does not have the part that it changes" if name in installed else "no such effect is installed"
+        )
         remedy = (
             "ignore it if this test does not depend on it" if name in installed else "install the package that has it"
         )

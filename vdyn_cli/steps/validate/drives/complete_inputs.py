@@ -87,7 +87,7 @@ def _gaps(log: Log, name: str) -> list[Finding]:
         if missing.size:
             what += f"; {missing.size} value{'s are' if missing.size != 1 else ' is'} missing in all"
         remedy = f"fill the gaps in the log, or {_split(at[gap], at[gap + 1])}"
-        return [Finding(where, f"{what}: an input must be complete", "", remedy)]
+        return [Finding(where, f"{what}: the simulation needs this channel without gaps", "", remedy)]
     return []
 
 

@@ -71,9 +71,8 @@ class UnloggedBraking:
             remedy += "" if self.confirmed else ", or map grade"
             return (Finding(f"{log}, channel 'drive_torque'", what, "", remedy, doubt=True),)
         if self.brake_logged:
-            what += (
-                f": brakes that brake_torque lacks{'' if self.confirmed else ', or hills that are not logged'}, {share}"
-            )
+            hills = "" if self.confirmed else ", or hills are not logged"
+            what += f": brake_torque does not contain all braking{hills}, {share}"
             remedy = "check brake_torque" if self.confirmed else "check brake_torque, or map grade"
         else:
             what += f": {'brakes' if self.confirmed else 'brakes or hills'} that are not logged, {share}"
