@@ -21,7 +21,9 @@ from vdyn_cli.steps.coastdown.step import STEP
 MASS, ROTATING, DENSITY = 640.0, 15.0, 1.2
 
 
-def coasts(force: Callable[[float], float], drag_area: float, start: float, seed: int) -> Result:
+def coasts(
+    force: Callable[[float], float], drag_area: float, start: float, seed: int, effects: tuple[str, ...] = ()
+) -> Result:
     """Eight coasts from a speed in m/s, simulated by Euler's method in steps of 10 ms, logged at 10 Hz."""
     rng = np.random.default_rng(seed)
     logs = []
@@ -38,7 +40,9 @@ def coasts(force: Callable[[float], float], drag_area: float, start: float, seed
         logs.append(Log(f"run_{k}.csv", 0.1 * np.arange(read.size), {"speed": read + rng.normal(0, 0.02, read.size)}))
     runs = [{"log": log.name, "direction": ("out", "back")[k % 2]} for k, log in enumerate(logs)]
     window = {"speed_window": [start - 0.3, 1.4]}
-    spec = CoastdownSpec.model_validate({"test": "coastdown", "runs": runs, "settings": window})
+    asked = {"effects": list(effects)} if effects else {}
+    described = {"test": "coastdown", "runs": runs, "settings": window, "diagnose": asked}
+    spec = CoastdownSpec.model_validate(described)
     stated = {"mass": MASS, "rotating_mass": ROTATING, "air_density": DENSITY}
     known = Parameters({n: Estimate.given(PARAMETERS[n], v) for n, v in stated.items()})
     ready = PreparedStep(STEP, spec, known, STEP.prepare(spec, tuple(logs), known))
@@ -78,6 +82,19 @@ def test_a_linear_term_beyond_its_range_is_no_fading_brake() -> None:
     assert "brake_drag_fading" not in {c.effect for c in result.diagnosis.causes}
     assert "olling resistance that increases with speed" in result.diagnosis.sentence
     covered(result, force, (40.0, 60.0, 80.0))
+
+
+@pytest.mark.slow  # a diagnosis of 1 s
+def test_a_law_beyond_its_range_replaces_a_baseline_that_the_logs_contradict() -> None:
+    def force(v: float) -> float:
+        return 100.0 + 9.0 * v + 0.4 * v**2
+
+    some = ("headwind", "road_grade", "speed_dependent_rolling", "tire_warmup")
+    result = coasts(force, 2 / 3, 25.0, 5, some)
+    assert result.diagnosis is not None
+    assert result.diagnosis.verdict == "unknown"
+    assert "beyond the plausible range) would explain it" in result.diagnosis.sentence
+    covered(result, force, (20.0, 40.0, 60.0, 80.0))
 
 
 def test_the_interval_of_a_force_holds_the_logs_where_they_disagree() -> None:

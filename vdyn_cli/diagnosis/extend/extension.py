@@ -152,9 +152,13 @@ def _less_doubtful(result: Result | None, base: Result) -> bool:
     """Whether a result with an effect beyond its plausible range replaces the baseline's: it must remove a doubt.
 
     Such an effect can imitate another law, as a fading brake does the air drag: the parameters are then physically
-    wrong, and the noise estimate absorbs the residual.
+    wrong, and the noise estimate absorbs the residual. A result without any doubt also replaces a baseline that a
+    simple evaluation of the logs contradicts.
     """
-    return result is not None and len(result.fit.warnings) < len(base.fit.warnings)
+    if result is None:
+        return False
+    warnings = len(result.fit.warnings)
+    return warnings < len(base.fit.warnings) or (base.contradicted and not (warnings or result.contradicted))
 
 
 def _missed(base: Result) -> bool:

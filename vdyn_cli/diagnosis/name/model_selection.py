@@ -54,15 +54,17 @@ def _with_rivals(
     if not answers:
         return ()
 
-    def unknowns(one: CandidateModel) -> int:
-        return sum(len(strategy.model.freed(e)) for e in one.effects)
-
-    least = min(map(unknowns, answers))
-    simpler = nearly_sufficient([t for t in tried if t not in answers and unknowns(t) < least])
+    least = min(_unknowns(strategy, a) for a in answers)
+    simpler = nearly_sufficient([t for t in tried if t not in answers and _unknowns(strategy, t) < least])
     beyond = singles_beyond_range(strategy, tried, found)
     every = (*tried, *beyond)
     stand = not_significantly_worse(strategy.model, every) or nearly_sufficient(every)
     return (*simpler, *answers, *(t for t in beyond if t in simplest(strategy.model, stand, every)))
+
+
+def _unknowns(strategy: Strategy, one: CandidateModel) -> int:
+    """The number of amplitudes and shapes of a candidate model's effects."""
+    return sum(len(strategy.model.freed(e)) for e in one.effects)
 
 
 def _with_equal_partners(
@@ -91,13 +93,18 @@ def _one_profile_suffices(strategy: Strategy) -> bool:
 
 
 def best_beyond_range(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection) -> CandidateModel | None:
-    """The best effect that would suffice if its amplitude were not beyond its plausible range; None without any.
+    """The effect that would suffice if its amplitude were not beyond its plausible range; None without any.
+
+    Of those that fit about as well, the one with the fewest unknowns: free shapes imitate the true, simpler law.
 
     Parameters
     ----------
     tried : the candidate models of one effect within their ranges. found : scores beside the baseline.
     """
-    return best_fit([t for t in singles_beyond_range(strategy, tried, found, own=True) if t.sufficient])
+    enough = [t for t in singles_beyond_range(strategy, tried, found, own=True) if t.sufficient]
+    least = min((t.cost for t in enough), default=0.0)
+    as_good = [t for t in enough if not _significantly_worse(t, least)]
+    return min(as_good, key=lambda t: (_unknowns(strategy, t), t.cost), default=None)
 
 
 def not_significantly_worse(model: FullModel, tried: Sequence[CandidateModel]) -> tuple[CandidateModel, ...]:
