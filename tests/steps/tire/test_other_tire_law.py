@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.effects.recovered import added
 from vdyn_cli.diagnosis.diagnose import diagnosed
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep
+from vdyn_cli.effects import catalog
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.tire.binned_sweep import binned_sweep
@@ -40,6 +42,29 @@ def test_the_slope_of_sweeps_that_end_before_the_peak_is_covered() -> None:
     assert set(result.parameters) == {"tire_longitudinal_stiffness"}
     low, high = result.parameters["tire_longitudinal_stiffness"].interval95
     assert low < SLOPE < high < low + 0.25 * SLOPE
+
+
+def patch(slip: np.ndarray, speed: float) -> np.ndarray:
+    """Friction of bristles in a contact patch, after LuGre in steady state; its slope at zero slip is ``SLOPE``."""
+    sliding = np.abs(slip) + 1e-9
+    level = 0.65 + 0.35 * np.exp(-np.sqrt(sliding * speed / 4.0))
+    x = level / (2.0 * SLOPE * sliding)
+    return np.sign(slip) * level * (1.0 - x * (1.0 - np.exp(-1.0 / x)))
+
+
+@pytest.mark.thorough  # four fits that converge slowly
+def test_the_slope_is_that_of_the_free_form_that_can_be_fitted() -> None:
+    rng, time, logs = np.random.default_rng(8), np.arange(0.0, 18.0, 0.01), []
+    for k, load in enumerate((2400.0, 3300.0, 4200.0, 5000.0)):
+        speed, slip = 13.0 + 4.0 * (k % 2), 0.25 * np.sin(2 * np.pi * time / 18.0)
+        read = {"slip": slip + 2e-3 * rng.standard_normal(time.size), "vehicle_speed": np.full(time.size, speed)}
+        read["force_x"] = load * patch(slip, speed) + 20.0 * rng.standard_normal(time.size)
+        read["force_z"] = load + 20.0 * rng.standard_normal(time.size)
+        logs.append(Log(f"sweep_{k}.csv", time, read))
+    fade = next(e for e in catalog() if e.name == "friction_fade")
+    found = prepare(SPEC, logs, Parameters()).publish(added(fade)).parameters["tire_longitudinal_stiffness"]
+    low, high = found.interval95
+    assert low < SLOPE < high < low + 0.4 * SLOPE
 
 
 @pytest.mark.slow  # two diagnoses
