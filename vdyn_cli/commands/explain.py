@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from vdyn_cli import steps
 from vdyn_cli.commands.glossary import glossary
-from vdyn_cli.effects import Effect, candidates, catalog, refused
+from vdyn_cli.effects import Effect, candidates, catalog, refused_effects
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, raise_all
 from vdyn_cli.quantities.parameters import ESTIMATED_BY
 from vdyn_cli.quantities.quantity import Quantity
@@ -53,7 +53,7 @@ def raise_refused(name: str) -> None:
     ------
     InputError : the package's effect cannot be used; the message says why.
     """
-    raise_all(f for f in refused() if f", plug-in {name} (" in f.where)
+    raise_all(f for f in refused_effects() if f", plug-in {name} (" in f.where)
 
 
 def explanation(topic: str) -> str:
@@ -210,4 +210,4 @@ def listing() -> str:
     for e in catalog():
         fault = " (sensor)" if e.sensor else ""
         lines += [f"  {e.name:<24} {e.label}{fault}: {', '.join(n for n, of in wanted.items() if e in of)}"]
-    return "\n".join([*lines, *(str(f) for f in (*broken, *refused()))])
+    return "\n".join([*lines, *(str(f) for f in (*broken, *refused_effects()))])

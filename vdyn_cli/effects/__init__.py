@@ -3,7 +3,7 @@
 An installed package adds an effect with the entry point ``vdyn.effects: NAME = package.module:NAME``.
 """
 
-from vdyn_cli.effects.definition.catalog import candidates, catalog, extensions_in_si, refused
+from vdyn_cli.effects.definition.catalog import candidates, catalog, extensions_in_si, refused_effects
 from vdyn_cli.effects.definition.effect import PROPERTIES, SITUATIONS, Effect, effect, enlarged, reads
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.quantities.quantity import Quantity
@@ -22,5 +22,5 @@ __all__ = [
     "enlarged",
     "extensions_in_si",
     "reads",
-    "refused",
+    "refused_effects",
 ]

@@ -13,7 +13,7 @@ from typing import Any
 from vdyn_cli.description.description_model import Description
 from vdyn_cli.description.spec_loading import PartialSpec, load_partial
 from vdyn_cli.description.yaml_source import Location, YamlSource
-from vdyn_cli.effects import refused
+from vdyn_cli.effects import refused_effects
 from vdyn_cli.io.clocks.block_means import condensed, condensing_note
 from vdyn_cli.io.fingerprinted_reading import read_unchanged
 from vdyn_cli.io.quality.cuts import CutLog
@@ -62,9 +62,15 @@ def _same(log: Log) -> Log:
 class Inputs:
     """All inputs of a step's estimate, and their files with the sha256 of the bytes that were read.
 
-    ``step`` is that of the description's manoeuvre; ``scalings`` are the channels computed from others; ``unsplit`` are
-    the runs before they were split at long cuts; ``clocks`` are the differences of the loggers' clocks; ``road`` is the
-    survey that gives the grade; ``left_out`` are the runs of the description that are not among the others.
+    Parameters
+    ----------
+    step : that of the description's manoeuvre. spec : the description, in SI. data : for ``step.prepare``.
+    logs : of the runs, ready for the step and split at long cuts. cut : the same with their flags and cuts.
+    unsplit : the runs before they were split. ready : adds constants, computed channels and the grade to a log.
+    known : stated parameters and those of earlier steps. files : sha256 of each file that was read.
+    findings : about the description and the relations of runs. scalings : the channels computed from others.
+    clocks : differences of the loggers' clocks. road : survey that gives the grade.
+    left_out : the runs of the description that are not among the others.
     """
 
     step: Step
@@ -190,7 +196,7 @@ def gather(
         raise WrongRunsError(*merged, runs=wrong) if wrong else InputError(*merged)
     findings = (*contradicted_values(stated, known, source), *unused_sources(step, spec, source))
     findings += (*(s.note() for s in made), *unread_keys(step, spec, source), *survey_note(road))
-    findings += (*condensing, *(refused() if step.diagnosable else ()))
+    findings += (*condensing, *(refused_effects() if step.diagnosable else ()))
     return Inputs(step, spec, source, data, logs, known, files, findings, made, cut, ready, unsplit, clocks, road)
 
 

@@ -54,16 +54,16 @@ def judge(strategy: Strategy, faults: Sequence[Finding] = (), limits: Limits | N
     ResultError : the baseline cannot be fitted.
     """
     model, base = strategy.model, strategy.base
-    found = detect(strategy, base)
-    detected = found.p_value <= model.setup.level
-    insufficient = _insufficient(strategy, found) or ("" if found.testable or detected else NONE_VISIBLE)
+    detection = detect(strategy, base)
+    detected = detection.p_value <= model.setup.level
+    insufficient = _insufficient(strategy, detection) or ("" if detection.testable or detected else NONE_VISIBLE)
     fault = f"{faults[0].where} {faults[0].what}" if faults else ""
-    judgment = Judgment(base, found, untestable(model, base, found.scores), insufficient, fault)
+    judgment = Judgment(base, detection, untestable(model, base, detection.scores), insufficient, fault)
     if insufficient or fault:
         return judgment
     if not detected:
         return replace(judgment, one_way=model.setup.one_way)
-    local, local_detection = strategy.about_largest_effect(found)
+    local, local_detection = strategy.about_largest_effect(detection)
     answers, tried = accepted_models(local, local_detection)
     answers = _without_idle_effects(strategy, local, answers, limits)
     judgment = _sized(strategy, replace(judgment, tried=tried, accepted=answers), limits)
@@ -77,9 +77,9 @@ def judge(strategy: Strategy, faults: Sequence[Finding] = (), limits: Limits | N
     return judgment
 
 
-def _insufficient(strategy: Strategy, found: Detection) -> str:
+def _insufficient(strategy: Strategy, detection: Detection) -> str:
     """Why these data are insufficient for a diagnosis; empty where they suffice."""
-    setup, runs, system = strategy.model.setup, len(strategy.model.regression.runs), found.system
+    setup, runs, system = strategy.model.setup, len(strategy.model.regression.runs), detection.system
     if runs < setup.fewest_runs:
         verb = "s are" if runs > 1 else " is"
         return f"{runs} {setup.run}{verb} too few to separate an effect from noise (needed: {setup.fewest_runs})"
@@ -93,7 +93,7 @@ def _insufficient(strategy: Strategy, found: Detection) -> str:
         needed = f"needed: {POLICY.fewest_units}, effective number {POLICY.fewest_effective_units:g}"
         have = f"{units} {unit} (effective number {system.effective_units:.0f})"
         return f"{have} are too few to certify an effect ({needed})"
-    if found.scores.smallest_p() * POLICY.smallest_p_ratio > setup.level:
+    if detection.scores.smallest_p() * POLICY.smallest_p_ratio > setup.level:
         return f"{units} {unit} cannot reach the level of {setup.level:.2g}"
     return ""
 

@@ -36,7 +36,7 @@ def catalog() -> tuple[Effect, ...]:
     return _found()[0]
 
 
-def refused() -> tuple[Finding, ...]:
+def refused_effects() -> tuple[Finding, ...]:
     """Findings on effects of installed packages that are left out of the catalog."""
     return _found()[1]
 
