@@ -25,26 +25,19 @@ from vdyn_cli.project.checks.description_checks import (
     wrong_effects,
     wrong_segments,
 )
-from vdyn_cli.project.checks.exchanged_columns import exchanged_columns
-from vdyn_cli.project.checks.paired_logs import with_pair_warnings
-from vdyn_cli.project.checks.repeated_runs import repeated_runs
-from vdyn_cli.project.checks.run_unit_checks import contradicted_units, other_units, with_run_signs
-from vdyn_cli.project.checks.speed_unit_checks import contradicted_speed
+from vdyn_cli.project.checks.run_comparison import compare_runs
+from vdyn_cli.project.checks.run_unit_checks import with_run_signs
 from vdyn_cli.project.checks.unread_keys import contradictory_keys, unread_keys
 from vdyn_cli.project.reading.channel_sources import (
     Scaling,
-    channel_maps,
-    known_channels,
-    logged_channels,
-    scalings,
     unused_sources,
 )
-from vdyn_cli.project.reading.given_values import contradicted_values, given_air, given_parameters, read_known
-from vdyn_cli.project.reading.left_out_runs import LeftOutRun, RunProblems, WrongRunsError
+from vdyn_cli.project.reading.given_values import contradicted_values
+from vdyn_cli.project.reading.left_out_runs import LeftOutRun, WrongRunsError
 from vdyn_cli.project.reading.logger_columns import log_names
-from vdyn_cli.project.reading.road_profile import road_findings, survey_note, surveyed_road
+from vdyn_cli.project.reading.read_inputs import GivenValues, InputProblems, given_values, read_runs
+from vdyn_cli.project.reading.road_profile import survey_note
 from vdyn_cli.project.reading.run_parts import split_runs
-from vdyn_cli.project.reading.run_reading import read_run, ready_log, within_physical_limits
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.data_quality import DataQuality
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, attempt, in_file_order, merge_logs
@@ -146,58 +139,35 @@ def gather(
     InputError : with all problems of the description, the logs and the parameter files.
     """
     described, kept = _described(step, path, left_out)
-    spec, source, problems = described.spec, described.source, list(described.problems)
+    spec, source = described.spec, described.source
     assert spec is not None
-    step, known_files = step.of(spec), tuple(known_files)
-    unreadable, repeats = wrong_channels(step, spec, source, described.dropped), repeated_entries(spec, source)
-    problems += [*unreadable, *contradictory_keys(spec, source), *wrong_effects(step, spec, source)]
-    problems += [*repeats, *wrong_segments(spec, source)]
-    files = dict(source.digests)
-    stated = given_parameters(spec.vehicle).updated(given_air(spec.environment))
-    known = _with_files(stated, known_files, files, problems)
-    before = len(problems)
-    constants = known_channels(step, spec, source, problems)
-    made = attempt(problems, scalings, step, spec, known) or ()
-    road = attempt(problems, surveyed_road, spec, source, files)
-    unreadable += problems[before:]
-    apart, ready = RunProblems(), partial(ready_log, step, constants, made, road)
-    read, clocks = _read_runs(step, described, apart, files)
-    whole = {i: replace(one, log=ready(one.log)) for i, one in read.items()}
-    if not unreadable:
-        tested = {i: attempt(apart.of(i), within_physical_limits, step, one.log) for i, one in whole.items()}
-        whole = {i: one for i, one in whole.items() if tested[i] is not None}
-    cut = with_pair_warnings(clocks, tuple(whole.values()))
+    step = step.of(spec)
+    problems = InputProblems(dict(source.digests), list(described.problems))
+    _check_description(step, described, problems)
+    values = given_values(step, spec, source, tuple(known_files), problems)
+    runs = read_runs(step, spec, source, values.ready, problems)
+    compare_runs(step, spec, source, runs, values, problems)
+    wrong = () if problems.of_test else problems.of_runs.left_out(spec, source, runs.logs, kept)
+    there, cut = spec.model_copy(update={"runs": [spec.runs[i] for i in runs.read]}), runs.cut
+    if len(cut) == len(spec.runs):
+        spec, cut = split_runs(step, spec, cut, values.ready)
+        there = spec
     logs = tuple(one.log for one in cut)
-    if len(read) == len(logs) and not repeats:
-        apart.compared.extend(repeated_runs(logs, [source.where(("runs", i)) for i in read]))
-    if not unreadable:
-        apart.compared.extend(_wrong_units(step, spec, logs))
-        problems += [*road_findings(road, spec, logs), *_contradicted_speed(spec, source, logs, known)]
-    wrong = () if problems else apart.left_out(spec, source, dict(zip(whole, logs, strict=True)), kept)
-    problems += apart.all()
-    unsplit = cut
-    there = [spec.runs[i] for i in read]
-    if len(logs) == len(spec.runs):
-        spec, cut = split_runs(step, spec, cut, ready)
-        logs, there = tuple(one.log for one in cut), spec.runs
     used, condensing = condensed_logs(logs, step.rate(spec))
-    data: Any = used if step.load is None else None
-    if step.load is not None and not unreadable:
-        extra = attempt(problems, read_unchanged, partial(step.load, spec, path.parent, used))
-        if extra is not None:
-            data, own_files = extra
-            files |= own_files
-    if problems:
-        if data is not None and not unreadable and 0 < len(logs) == len(there):
-            found = _of_step(step, spec.model_copy(update={"runs": there}), data, known, described)
-            problems += [f for f in found if f not in problems]
+    data = _loaded(step, spec, path.parent, used, problems)
+    found = problems.all()
+    if found:
+        if data is not None and not problems.of_channels and 0 < len(logs) == len(there.runs):
+            of_step = _of_step(step, there, data, values.known, described)
+            found += [f for f in of_step if f not in found]
         names = [name for run in spec.runs for name in log_names(run)]
-        merged = in_file_order(merge_logs(with_run_signs(problems, logs, source), names), source.path.name)
+        merged = in_file_order(merge_logs(with_run_signs(found, logs, source), names), source.path.name)
         raise WrongRunsError(*merged, runs=wrong) if wrong else InputError(*merged)
-    findings = (*contradicted_values(stated, known, source), *unused_sources(step, spec, source))
-    findings += (*(s.note() for s in made), *unread_keys(step, spec, source), *survey_note(road))
-    findings += (*condensing, *(refused_effects() if step.diagnosable else ()))
-    return Inputs(step, spec, source, data, logs, known, files, findings, made, cut, ready, unsplit, clocks, road)
+    return Inputs(
+        step, spec, source, data, logs, values.known, problems.files,
+        findings=(*_notes(step, spec, source, values), *condensing, *(refused_effects() if step.diagnosable else ())),
+        scalings=values.scalings, cut=cut, ready=values.ready, unsplit=runs.cut, clocks=runs.clocks, road=values.road,
+    )  # fmt: skip
 
 
 def _described(step: Step, path: Path, left_out: frozenset[int]) -> tuple[PartialSpec[Any], list[int]]:
@@ -219,61 +189,34 @@ def _described(step: Step, path: Path, left_out: frozenset[int]) -> tuple[Partia
     return replace(described, spec=spec, source=source.without("runs", left_out)), kept
 
 
-def _read_runs(
-    step: Step, described: PartialSpec[Any], apart: RunProblems, files: dict[Path, str]
-) -> tuple[dict[int, CutLog], tuple[ClockDifference, ...]]:
-    """The runs that can be read, by index, and the differences of their clocks; their files are added to ``files``."""
+def _check_description(step: Step, described: PartialSpec[Any], problems: InputProblems) -> None:
+    """Add what is wrong in the description alone."""
     spec, source = described.spec, described.source
     assert spec is not None
-    found = {i: attempt(apart.of(i), read_run, step, spec, source, i, files) for i in range(len(spec.runs))}
-    read = {i: one for i, one in found.items() if one is not None}
-    clocks = tuple(clock for _, differences in read.values() for clock in differences)
-    apart.name_columns_at_runs(len(spec.runs))
-    return {i: one for i, (one, _) in read.items()}, clocks
+    problems.of_channels += wrong_channels(step, spec, source, described.dropped)
+    problems.of_test += [*problems.of_channels, *contradictory_keys(spec, source), *wrong_effects(step, spec, source)]
+    problems.of_test += [*repeated_entries(spec, source), *wrong_segments(spec, source)]
 
 
-def _with_files(
-    stated: Parameters, known_files: Sequence[Path], files: dict[Path, str], problems: list[Finding]
-) -> Parameters:
-    """The stated parameters, updated by parameter files, which are added to ``files`` with their sha256.
-
-    A file's estimates take the place of stated values; its given values, which an earlier description stated, do not.
-    """
-    known = stated
-    for file in known_files:
-        if (later := attempt(problems, read_known, file)) is not None:
-            older = [n for n, e in later[0].items() if e.source == "given" and n in stated]
-            known, files[file] = known.updated(later[0].without(older)), later[1]
-    return known
-
-
-def _wrong_units(step: Step, spec: Description, logs: Sequence[Log]) -> tuple[Finding, ...]:
-    """Problems of runs whose unit or column is another one than in the other runs; the first kind that is found."""
-    if len(logs) != len(spec.runs):
-        return tuple(other_units(logs))
-    stated = tuple(contradicted_units(logs, spec.runs))
-    return stated or _exchanged(step, spec, logs) or tuple(other_units(logs))
+def _loaded(step: Step, spec: Description, folder: Path, logs: tuple[Log, ...], problems: InputProblems) -> Any:
+    """The data for ``step.prepare``: the logs, or what the step loads beside them; None where that is impossible."""
+    if step.load is None:
+        return logs
+    if problems.of_channels:
+        return None
+    loaded = attempt(problems.of_test, read_unchanged, partial(step.load, spec, folder, logs))
+    if loaded is None:
+        return None
+    data, files = loaded
+    problems.files |= files
+    return data
 
 
-def _contradicted_speed(
-    spec: Description, source: YamlSource, logs: Sequence[Log], known: Parameters
-) -> Iterator[Finding]:
-    """Problems of a unit that related channels contradict in all runs."""
-    mapped = {
-        n: (source.where((*at, n)), c.unit)
-        for channels, at in channel_maps(spec)
-        for n, c in logged_channels(channels).items()
-    }
-    return contradicted_speed(logs, [run.direction for run in spec.runs], known, mapped)
-
-
-def _exchanged(step: Step, spec: Description, logs: Sequence[Log]) -> tuple[Finding, ...]:
-    """Problems of runs with exchanged columns; only tested if each run has one log."""
-    if spec.loggers or not spec.channels:
-        return ()
-    mapped, known = logged_channels(spec.channels), step.channels()
-    columns = {n: (c.column, c.unit, known[n].unit) for n, c in mapped.items() if n in known}
-    return tuple(exchanged_columns(logs, columns, [run.own("columns")[0] for run in spec.runs]))
+def _notes(step: Step, spec: Description, source: YamlSource, values: GivenValues) -> tuple[Finding, ...]:
+    """Notes on inputs without problems: values and keys that are not used, and computed channels."""
+    unused = (*contradicted_values(values.stated, values.known, source), *unused_sources(step, spec, source))
+    computed = (s.note() for s in values.scalings)
+    return (*unused, *computed, *unread_keys(step, spec, source), *survey_note(values.road))
 
 
 def _usable(dropped: Iterable[Location], step: Step) -> bool:
