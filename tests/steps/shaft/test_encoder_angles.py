@@ -12,6 +12,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.shaft.encoder_angles import twist_resolution, unwrapped, with_twist_of_angles
+from vdyn_cli.steps.shaft.encoder_eccentricity import with_centered_encoder
 from vdyn_cli.steps.shaft.noise import ReadingConditions
 from vdyn_cli.steps.shaft.shaft_readings import UNREAD_RATE, ShaftReadings, readings_of
 from vdyn_cli.steps.shaft.shaft_side import ShaftSide
@@ -65,6 +66,17 @@ def test_an_eccentric_encoder_is_named_and_corrected() -> None:
     assert abs(stiffness.value - plant.truth(CAR)["shaft_stiffness_left"]) < 4 * stiffness.std
     assert stiffness.std < 1e-3 * stiffness.value
     assert not [f for f in STEP.estimate(spec(), (log,), Parameters()).findings if f.fault]
+
+
+def test_a_progressive_shaft_is_no_eccentric_encoder() -> None:
+    """Its residual repeats at a third of the torque's period, here once per turn, in two turns."""
+    time = np.arange(0.0, 4.0, 2e-3)
+    wheel = 2 * np.pi * 2.01 * time / 4.0
+    torque = 100.0 + 400.0 * np.sin(wheel / 3.0 * 1.1 + 0.3)
+    twist = torque / 1e4 * (1.0 - 0.3 * (torque / 400.0) ** 2)
+    noise = 1e-5 * np.random.default_rng(1).standard_normal((2, time.size))
+    log = Log("turns.csv", time, {"shaft_torque": torque, "motor_angle": RATIO * (wheel + twist + noise[0])})
+    assert with_centered_encoder(log.with_channels(wheel_angle=wheel + noise[1]), RATIO)[1] == ()
 
 
 def test_a_coarse_encoder_leaves_the_stiffness_within_its_interval() -> None:

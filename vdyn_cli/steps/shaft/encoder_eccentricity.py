@@ -17,12 +17,13 @@ SMOOTHED = 0.01  # s, mean of the torque before its derivative: below a tenth of
 def with_centered_encoder(log: Log, gear_ratio: float) -> tuple[Log, tuple[Finding, ...]]:
     """The log with its wheel angle corrected for an eccentric encoder, and a finding; unchanged where none shows.
 
-        phi = a + T / k + b T' + A sin theta + B cos theta
+        phi = a + T / k + c T^2 + d T^3 + b T' + A sin theta + B cos theta
 
     phi is the twist by both angles, theta the wheel's angle. The derivative T' of the torque stands for the damping, so
-    that an oscillation of the shaft itself is not taken for an error of the encoder. The last two terms must explain
-    ``eccentric_share`` of what the others leave, over ``eccentric_turns``. Each log has its own A and B, because the
-    zero of an incremental encoder is arbitrary.
+    that an oscillation of the shaft itself is not taken for an error of the encoder; T^2 and T^3 stand for a stiffness
+    that changes with the torque, which may vary once per turn, too. The last two terms must explain ``eccentric_share``
+    of what the others leave, over ``eccentric_turns``. Each log has its own A and B, because the zero of an incremental
+    encoder is arbitrary.
 
     Parameters
     ----------
@@ -49,9 +50,9 @@ def with_centered_encoder(log: Log, gear_ratio: float) -> tuple[Log, tuple[Findi
     return corrected, (Finding(f"{log.name}, channel 'wheel_angle'", what, got, remedy, fault=True),)
 
 
-def _torques(log: Log) -> tuple[Array, Array]:
-    """The torque (n,), N m, and its derivative, N m/s, of means over ``SMOOTHED``."""
+def _torques(log: Log) -> tuple[Array, ...]:
+    """The torque (n,), N m, its square and cube, and its derivative, N m/s, of means over ``SMOOTHED``."""
     torque, time = log["shaft_torque"], log.time
     width = max(round(SMOOTHED / float(np.median(np.diff(time)))), 1)
     mean = np.convolve(np.pad(torque, width, mode="edge"), np.ones(width) / width, "same")[width:-width]
-    return torque, np.gradient(mean, time)
+    return torque, torque**2, torque**3, np.gradient(mean, time)
