@@ -17,6 +17,7 @@ from vdyn_cli.inference.banded import whitened
 from vdyn_cli.io.clocks.held_values import with_held_interpolated
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.added_effects import AddedEffects
+from vdyn_cli.steps.inertia.drive_checks import too_little
 from vdyn_cli.steps.inertia.moment_balance import drive_windows
 from vdyn_cli.steps.inertia.problem import InertiaData, prepare
 from vdyn_cli.steps.inertia.slow_noise import with_scatter, with_slow_acceleration
@@ -131,6 +132,16 @@ def test_windows_end_where_a_slower_speed_sensor_sampled() -> None:
     every, run = (drive_windows(each, 0.25, wheel) for each in (log, slow))
     assert np.isin(np.concatenate([run.first, run.last]), rows).all()
     assert run.noise.speed == pytest.approx(every.noise.speed, rel=0.3)
+
+
+def test_a_run_with_few_readings_of_a_slow_speed_sensor_is_refused() -> None:
+    log = logs(VEHICLE, 5)[0]
+    time = np.arange(log.time[0], log.time[-1], 1.0)
+    read = np.interp(time, log.time, log["wheel_speed"])
+    slow = log.with_channels(wheel_speed=np.interp(log.time, time, read))
+    part = replace(slow, samples={"wheel_speed": (time, read)}).between(log.time[0], log.time[0] + 5.0)
+    (found,) = too_little(drive_windows(part, 0.25, plant.known(VEHICLE)))
+    assert "12 are needed" in found.what
 
 
 def test_a_clock_offset_of_the_hub_is_not_noise_of_its_torque() -> None:

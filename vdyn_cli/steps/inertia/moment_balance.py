@@ -34,6 +34,7 @@ from vdyn_cli.steps.known_sensitivity import slopes_by_known
 Index = NDArray[np.intp]
 STANDSTILL = 1.0  # rad/s, below which friction is not defined
 RIM_SHARE = 0.6  # J / (m r^2) of a wheel with its tire: between a disk's 0.5 and a hoop's 1; only a start value
+FEWEST_READINGS = 8  # of a channel whose white noise can be estimated
 GAP = 5.0  # median time steps; windows do not contain longer ones
 
 
@@ -107,10 +108,13 @@ def drive_windows(log: Log, width: float, wheel: Mapping[str, float], model: Mod
 def _noise(
     log: Log, wheel: Mapping[str, float], usable: tuple[NDArray[np.bool_], Index], first: Index, last: Index
 ) -> WindowNoise:
-    """Noise of the windows from ``first`` to ``last`` by the white noise of the usable rows, and of the speed's."""
+    """Noise of the windows from ``first`` to ``last`` by the white noise of the usable rows, and of the speed's.
+
+    Of too few readings it is unknown and stated as 1; ``too_little`` refuses such a run.
+    """
     good, read = usable
     nothing = np.zeros(first.size)
-    if first.size == 0:
+    if first.size == 0 or read.size < FEWEST_READINGS:
         return WindowNoise(1.0, 0.0, 1.0, 0.0, nothing, nothing, nothing)
     time, half = log.time, np.diff(log.time) / 2
     inside = np.concatenate([[0.0], np.cumsum(np.convolve(half, [1.0, 1.0]) ** 2)])
