@@ -54,7 +54,8 @@ def cg_result(fit: LoadFit, solution: Solution, vehicle: KnownVehicle, findings:
 def _moved(fit: LoadFit, solution: Solution, vehicle: KnownVehicle) -> dict[str, dict[str, float]]:
     """Change of each result and effect when a known number is one standard deviation larger, by known number.
 
-    To first order: in the balance, masses and lengths multiply each other, so that a second order is std / value less.
+    To first order; masses and lengths multiply each other in the balance, so that the second order is smaller by the
+    ratio of a known number's standard deviation to its value.
     """
     std = {n: s for n, s in vehicle.std.items() if fit.added or n not in ONLY_IN_EFFECTS}
     unknowns = (*fit.added.unknowns, *(Unknown(n, vehicle.values[n]) for n in std))

@@ -20,7 +20,7 @@ def tire_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
     """The parts: force over slip and returning slip, its reading over the load, friction over load and sliding speed.
 
     A force in addition to the curve that depends only on the load is an error of its reading: a tire without slip
-    transfers nearly no force. The sliding speed has to be known.
+    transfers nearly no force. Friction over sliding speed needs ``vehicle_speed``.
 
     Parameters
     ----------
