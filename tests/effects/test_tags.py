@@ -40,8 +40,8 @@ CANDIDATES = {
         backlash series_compliance torque_zero_drift
     """,
     "tire": """
-        braking_friction force_offset friction_drift friction_fade load_offset load_sensitivity rolling_force slip_lag
-        slip_offset tire_relaxation tread_wear vertical_crosstalk
+        braking_friction force_offset friction_drift friction_fade ground_speed_delay load_offset load_sensitivity
+        rolling_force slip_lag slip_offset tire_relaxation tread_wear vertical_crosstalk
     """,
     "validate": """
         acceleration_delay accelerometer_offset accelerometer_slope accelerometer_tilt backlash brake_drag

@@ -28,6 +28,20 @@ def test_the_variance_of_a_bin_is_that_of_its_mean(every: int) -> None:
     assert float(np.std(sweep.slip)) == pytest.approx(expected, rel=0.15)
 
 
+@pytest.mark.parametrize("acceleration", [0.0, 0.4])
+@pytest.mark.parametrize("every", [1, 20])
+def test_a_speed_grows_where_the_vehicle_accelerates_and_not_by_its_noise(acceleration: float, every: int) -> None:
+    random, time = np.random.default_rng(8), np.arange(2_000) / 100.0
+    speed = SPEED + acceleration * time
+    own = time[::every]
+    read = speed[::every] + NOISE * random.standard_normal(own.size)
+    channels = {"slip": np.full(time.size, 0.05), "force_x": speed, "force_z": speed}
+    channels["vehicle_speed"] = np.interp(time, own, read)
+    sweep = binned_sweep(Log("sweep.csv", time, channels, samples={"vehicle_speed": (own, read)}))
+    assert sweep.speed is not None
+    assert sweep.speed_growth * sweep.speed == pytest.approx(acceleration, abs=0.02)
+
+
 def _sweep(scatter: float, seed: int) -> tuple[np.ndarray, Log]:
     """The true load, N, and a sweep with 20 N of noise in the load, which scatters slowly by ``scatter`` N."""
     random, time = np.random.default_rng(seed), np.arange(4_000) / 100.0

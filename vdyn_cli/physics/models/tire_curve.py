@@ -66,7 +66,7 @@ def _departure(p: Signals, x: Number) -> Number:
 def _driven(e: ModelBuilder, u: Signals) -> None:
     # To first order about the slip that ``BinnedSweep.lagged`` computes.
     read = (1 + u.slip) * (1 + e.p.radius_error) - 1 - e.p.tire_relaxation_length * u.slip_gradient
-    slip = e("slip", value=read, slip_rate=u.slip_rate)
+    slip = e("slip", value=read, slip_rate=u.slip_rate, speed_growth=u.speed_growth)
     _force(e, u, slip, sliding=slip * u.speed)
 
 
@@ -79,9 +79,11 @@ _CONSTANTS = (*SHAPE, *SHIFTS, *BRAKING, *DEPARTURE, KEPT_SLOPE, "radius_error",
 # ``slip_gradient``, 1/m, and ``slip_rate``, 1/s, are the decrease of the slip that acts per lag in distance and in time
 # (in a slow sweep its change); ``elapsed`` is the time since the sweep began, s; ``swept`` is the same with the
 # durations of the sweeps before it, s; 0 where there is only one sweep;
-# ``returning`` is the slip while its magnitude decreases, and zero while it increases.
+# ``returning`` is the slip while its magnitude decreases, and zero while it increases;
+# ``speed_growth`` is the relative rate of the speed, 1/s.
 _INPUTS = ("slip", "load", "elapsed", "swept", "returning", "slip_rate")
-TIRE_CURVE = Model("tire_curve", _driven, (*_CONSTANTS, "tire_relaxation_length"), (*_INPUTS, "speed", "slip_gradient"))
+_OF_SPEED = ("speed", "slip_gradient", "speed_growth")
+TIRE_CURVE = Model("tire_curve", _driven, (*_CONSTANTS, "tire_relaxation_length"), (*_INPUTS, *_OF_SPEED))
 
 # Where slip was logged but not the speed, nothing can depend on the sliding speed or on distance.
 SLIP_CURVE = Model("slip_curve", _slipped, _CONSTANTS, _INPUTS)

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.tire.true_inputs import speed_growth, without_noise
 
 GAP = 5.0  # median time steps, beyond which samples belong to different bins
 MOST_IN_BIN = 40  # samples in one bin: noise in slip falls by six, and a sweep of some seconds keeps dozens of bins
 FEWEST_SLOW = 8  # samples of a slower speed from which the level of its noise can be estimated
-SCATTERS = 3.0  # standard deviations of a variance, by which that of a varying load exceeds that of the noise
 SMOOTH = 3.0  # bins, over which the slip is smoothed for its slopes: a bin's own noise has a seventh of the weight
 REACH = 4.0  # of that standard deviation, beyond which the smoothing has no weight
 WIDEST = 0.015  # largest range of slip in a bin: a fifth of the width of the knee of a stiff tire
@@ -33,6 +33,7 @@ class BinnedSweep:
     slip_variance, force_variance, load_variance : (n,), of the readings' means, from the white noise of the channels.
     span : s, times of the first and the last sample.
     samples : of which the bins are means.
+    speed_growth : (n,) 1/s, relative rate of the speed; 0 where it was not logged.
     """
 
     run: str
@@ -49,6 +50,7 @@ class BinnedSweep:
     span: tuple[float, float]
     samples: SlipSamples
     slip_rate: Array
+    speed_growth: Array
 
     @property
     def returning(self) -> Array:
@@ -162,7 +164,7 @@ def binned_sweep(log: Log) -> BinnedSweep:
         log.name,
         middle,
         center,
-        _without_noise(mean(load), load_variance),
+        without_noise(mean(load), load_variance),
         mean(force),
         speed,
         np.zeros_like(rate) if speed is None else rate / speed,
@@ -173,22 +175,8 @@ def binned_sweep(log: Log) -> BinnedSweep:
         (float(time[0]), float(time[-1])),
         samples,
         rate,
+        np.zeros_like(rate) if speed is None else speed_growth(log, middle, speed),
     )
-
-
-def _without_noise(read: Array, variance: Array) -> Array:
-    """The most probable true loads (n,), N, of the bins of one sweep with these readings and variances of their noise.
-
-    With true loads that scatter by t^2 about their mean and readings with the variance v, the true load is on average
-    mean + t^2 / (t^2 + v) (read - mean) (regression calibration). Readings of a constant load would be too high where
-    Fx / Fz is too low, as if friction decreased with the load. That also holds where they scatter more than their noise
-    by chance: t is 0 unless the scatter is ``SCATTERS`` too large.
-    """
-    noise, whole = float(np.mean(variance)), float(np.var(read))
-    by_chance = 1.0 + SCATTERS * (2.0 / max(read.size - 1, 1)) ** 0.5
-    scatter = whole - noise if whole > by_chance * noise else 0.0
-    share = scatter / (scatter + variance) if scatter > 0.0 else np.zeros_like(variance)
-    return np.asarray(read.mean() + share * (read - read.mean()))
 
 
 def _slow_speed_variance(log: Log, slip: Array, speed: Array | None, length: Array) -> Array | float:

@@ -315,7 +315,7 @@ def _drive(sweeps: Sequence[BinnedSweep], sweep: BinnedSweep, slip: Array) -> Dr
         "slip_rate": sweep.slip_rate,
     }
     if sweep.speed is not None:
-        inputs |= {"speed": sweep.speed, "slip_gradient": sweep.slip_gradient}
+        inputs |= {"speed": sweep.speed, "slip_gradient": sweep.slip_gradient, "speed_growth": sweep.speed_growth}
     return Drive(sweep.time, inputs)
 
 
