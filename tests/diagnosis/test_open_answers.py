@@ -12,8 +12,9 @@ import pytest
 from tests.diagnosis.linear import WAVE, WIND, Campaign
 from vdyn_cli.diagnosis.extend.extension import _without_baseline
 from vdyn_cli.diagnosis.extend.interval_union import OpenAnswer
-from vdyn_cli.diagnosis.extend.open_answers import _Widening, by_fit
+from vdyn_cli.diagnosis.extend.open_answers import _Widening, by_fit, least_doubtful
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
+from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import BASELINE, Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
 
@@ -53,9 +54,23 @@ class Including:
 def test_the_baseline_is_included_only_where_it_is_an_answer(open_baseline: bool) -> None:
     problem: Any = Including()
     strategy: Any = None
-    answers = [OpenAnswer("headwind", {}), *([OpenAnswer(BASELINE, {})] if open_baseline else [])]
-    _Widening(strategy, problem, named("base"), named("slope")).including(answers, [named("slope and headwind")])
+    one = OpenAnswer("headwind", {}, result=named("slope and headwind"))
+    answers = [one, *([OpenAnswer(BASELINE, {})] if open_baseline else [])]
+    _Widening(strategy, problem, named("base"), named("slope")).including(answers)
     assert problem.answers == [*(["base"] if open_baseline else []), "slope and headwind"]
+
+
+def test_an_answer_with_implausible_parameters_is_left_out() -> None:
+    """A brake that stands for the rolling resistance, beside an answer that the step does not doubt."""
+    doubt = Finding("rolling_resistance", "lower than that of any tire", "0.0008", doubt=True)
+    brake = OpenAnswer("brake_drag_fading", {}, result=replace(named("brake"), findings=(doubt,)))
+    rolling, unpublished = OpenAnswer("rolling", {}, result=named("rolling")), OpenAnswer("wind", {})
+    kept, (note,) = least_doubtful([brake, rolling, unpublished])
+    assert kept == [rolling, unpublished]
+    assert note.minor
+    assert "'brake_drag_fading'" in note.what
+    assert "lower than that of any tire" in note.what
+    assert least_doubtful([brake, unpublished]) == ([brake, unpublished], [])
 
 
 def test_derived_parameters_follow_an_answer_that_the_step_cannot_publish() -> None:

@@ -144,3 +144,8 @@ class Result:
     quality: DataQuality = field(default_factory=DataQuality)
     restate: Restate | None = field(default=None, compare=False)
     contradicted: bool = False
+
+    @property
+    def doubts(self) -> tuple[Finding, ...]:
+        """The findings that are reasons to doubt the result, such as an implausible value."""
+        return tuple(f for f in self.findings if f.doubt)

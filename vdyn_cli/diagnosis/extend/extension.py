@@ -39,7 +39,7 @@ class Extension:
     biased : by effect and published parameter, the value without that effect minus the value with it.
     failed : why the model could not be extended.
     open : whether the effects are one of several answers, used because the baseline has no result or is excluded.
-    answers : by the names of their effects, the results of all answers, if ``open``.
+    answers : by the names of their effects, the results of all answers, if ``open``; that of ``effects`` first.
     """
 
     effects: tuple[str, ...] = ()
@@ -64,7 +64,8 @@ def extended(
     * An effect that may be zero in the extended model is not named.
     * An answer of several effects that the exact model does not confirm is replaced by fewer that nearly suffice.
     * If neither the baseline nor the answer gives a result, the answer is replaced by the other effects that suffice.
-    * If the baseline gives no result or is excluded, the first of several answers that gives a result is used.
+    * If the baseline gives no result or is excluded, the one of several answers whose result has the fewest doubts is
+      used, the first of equal ones.
     * If the baseline misses the logs, an answer with which the model misses them, too, is dropped.
 
     Parameters
@@ -118,7 +119,7 @@ def _extended(
 def _with_open_answer(
     strategy: Strategy, judgment: Judgment, learned: bool, problem: Problem, missed: bool
 ) -> tuple[Judgment, Extension]:
-    """The model extended by the first of several answers with which it gives a result.
+    """The model extended by the first of several answers with which it gives a result with the fewest doubts.
 
     Answers without a result are skipped. With a prediction, a note gives the errors of the other answers.
 
@@ -129,23 +130,24 @@ def _with_open_answer(
     setup = strategy.model.setup
     if zero := _may_be_zero(judgment, setup, (), None):
         return judgment.refuted(f"{zero} {ZERO}"), Extension()
-    found, results = Extension(), dict[tuple[str, ...], Result]()
+    failed, results = tuple[Finding, ...](), dict[tuple[str, ...], Result]()
     alone = all(len(answer.effects) == 1 for answer in judgment.possible)
     tried = [a for a in judgment.possible if learned or not set(a.effects) & setup.learned]
     for answer in tried:
         effects = [setup.candidates[e] for e in answer.effects]
         result, failed = publish_with(problem, effects, strategy.relinearized(answer.fitted).values)
-        if result is None:
-            found = found if found.effects else Extension(failed=failed)
-            continue
-        results[answer.effects] = result
-        if not found.effects:
-            found = Extension(answer.effects, result, _amplitudes(result, effects), open=True)
-        elif alone:  # linear fits about a refused baseline give wrong amplitudes
-            found = replace(found, amplitudes={**found.amplitudes, **_amplitudes(result, effects)})
+        if result is not None:
+            results[answer.effects] = result
     if missed and tried and not results:
         judgment = judgment.refuted(STILL_MISSED, judgment.beyond_range)
-    return judgment, replace(found, answers=results)
+    if not results:
+        return judgment, Extension(failed=failed)
+    answers = dict(sorted(results.items(), key=lambda one: len(one[1].doubts)))
+    first, *others = answers
+    amplitudes = dict[str, Estimate]()
+    for names in (first, *(others if alone else ())):  # linear fits about a refused baseline give wrong amplitudes
+        amplitudes |= _amplitudes(answers[names], [setup.candidates[e] for e in names])
+    return judgment, Extension(first, answers[first], amplitudes, open=True, answers=answers)
 
 
 def _less_doubtful(result: Result | None, base: Result) -> bool:

@@ -20,6 +20,7 @@ from vdyn_cli.diagnosis.detect.unexplained import Bias, half_widths
 from vdyn_cli.inference.mixture import mixture_interval
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.parameters import UNEXPLAINED, Estimate, Parameters
+from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 GROWN = 1.02  # least growth of the half width; less is invisible in the two published digits
@@ -37,12 +38,14 @@ class OpenAnswer:
     parameters : as the step publishes them with the effects in its model.
     bias : half the 95 % interval of the bias of each parameter by the answer's unexplained residual.
     probability : of this answer against the published one; None: included whatever its probability.
+    result : that the step publishes with it; None where it publishes none, and for the baseline.
     """
 
     label: str
     parameters: Mapping[str, Estimate]
     bias: Mapping[str, float] = field(default_factory=dict)
     probability: float | None = None
+    result: Result | None = None
 
 
 def widened(published: Parameters, answers: Sequence[OpenAnswer]) -> Parameters:

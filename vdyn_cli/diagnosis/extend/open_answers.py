@@ -34,7 +34,7 @@ def with_open_answers(
 
     * ``not_testable``: the answers that are confounded in runs of one direction, and the baseline.
     * ``adequate``: the mixture of the baseline with answers of one effect.
-    * ``ambiguous``: all answers, and the baseline if it has a result and is not excluded.
+    * ``ambiguous``: all answers except the doubtful, and the baseline if it has a result and is not excluded.
     * ``unknown``: the baseline and the closest model, each with the bias by its unexplained residual.
     * An answer that is not in the model (a learned law, unless requested): that answer and the baseline. A learned law
       in the model because the logs contradict the baseline: both, too. The baseline then has the bias by its whole
@@ -51,22 +51,23 @@ def with_open_answers(
         return _beside_others(result, list(extension.answers.values())[1:]) if extension.open else result
     widening = _Widening(strategy, problem, base, result)
     if judgment.verdict == "not_testable":
-        found, others = widening.published(judgment.confounded)
-        return widening.including([widening.baseline(), *found], others) if found else result
+        found = widening.published(judgment.confounded)
+        return widening.including([widening.baseline(), *found]) if found else result
     if judgment.verdict == "adequate":
         decided = extension.result is not None or judgment.immaterial is not None
         return result if decided else widening.averaged(judgment.base)
     if judgment.verdict == "ambiguous" or extension.open:
-        found, others = widening.published(judgment.possible, known=extension.answers)
-        return widening.including(found if extension.open else [widening.baseline(), *found], others)
+        found, notes = least_doubtful(widening.published(judgment.possible, known=extension.answers))
+        whole = widening.including(found if extension.open else [widening.baseline(), *found])
+        return replace(whole, findings=(*whole.findings, *notes))
     if judgment.verdict == "unknown" or (answer and not set(answer.effects) <= set(extension.effects)):
         law = answer if answer and not set(answer.effects) & learned else None
         explained = law is not None and (law.sufficient or law.nearly_sufficient)
-        found, others = widening.published(filter(None, [answer or judgment.closest]), not explained)
+        found = widening.published(filter(None, [answer or judgment.closest]), not explained)
         at = None if explained else judgment.base
         # A learned law shows which element is at fault; an error of others would bias other parameters.
         elements = {on for e in answer.effects for on in strategy.model.setup.candidates[e].on} if answer else ()
-        return widening.including([widening.baseline(at, elements), *found], others)
+        return widening.including([widening.baseline(at, elements), *found])
     if base.contradicted and set(extension.effects) & learned:
         return widening.including([widening.baseline(judgment.base)])
     if answer is None:  # a sensor did not measure
@@ -74,9 +75,9 @@ def with_open_answers(
     if answer.sufficient:
         return widening.averaged(answer.fitted)
     near = strategy.relinearized(answer.fitted)
-    more, others = widening.published(one for one, _ in probable_answers(strategy, near))
+    more = widening.published(one for one, _ in probable_answers(strategy, near))
     own = OpenAnswer(_label(answer), result.parameters, widening.biases(near, result))
-    return widening.including([own, *more], others, HOLD_REMAINDER)
+    return widening.including([own, *more], HOLD_REMAINDER)
 
 
 @dataclass(frozen=True)
@@ -88,9 +89,9 @@ class _Widening:
     base: Result
     result: Result
 
-    def including(self, found: Sequence[OpenAnswer], others: Sequence[Result] = (), note: str = HOLD_ALL) -> Result:
-        """The result with intervals that include these answers; ``others`` are their results where published."""
-        result = self.result
+    def including(self, found: Sequence[OpenAnswer], note: str = HOLD_ALL) -> Result:
+        """The result with intervals that include these answers."""
+        result, others = self.result, [one.result for one in found if one.result]
         if others:
             held = not self.base.refused and any(one.label == BASELINE for one in found)
             whole = [self.base, *others] if held else others
@@ -103,11 +104,8 @@ class _Widening:
 
     def averaged(self, fitted: FittedModel) -> Result:
         """The result of this fit, with the intervals of its mixture with answers of one more effect."""
-        found, others = list[OpenAnswer](), list[tuple[float | None, Result]]()
-        for answer, probability in probable_answers(self.strategy, fitted):
-            (one,), results = self.published([answer])
-            found.append(replace(one, probability=probability))
-            others += [(probability, result) for result in results]
+        found = [replace(self.published([a])[0], probability=p) for a, p in probable_answers(self.strategy, fitted)]
+        others = [(one.probability, one.result) for one in found if one.result]
         averaged = self.problem.including(self.result, others) if others else self.result
         return with_wider_intervals(averaged, widened(averaged.parameters, found))
 
@@ -116,17 +114,15 @@ class _Widening:
         answers: Iterable[CandidateModel],
         unexplained: bool = False,
         known: Mapping[tuple[str, ...], Result] = NO_RESULTS,
-    ) -> tuple[list[OpenAnswer], list[Result]]:
-        """The parameters with each answer in the model, and the results of those answers that the step can publish.
-
-        Where it publishes none, the parameters have the values of the diagnosis's fit.
+    ) -> list[OpenAnswer]:
+        """The parameters with each answer in the model; those of the diagnosis's fit where the step publishes none.
 
         Parameters
         ----------
         unexplained : add the bias by the unexplained residual.
         known : results of answers that are published already, by the names of their effects.
         """
-        found, results, candidates = [], [], self.strategy.model.setup.candidates
+        found, candidates = [], self.strategy.model.setup.candidates
         for answer in answers:
             near = self.strategy.relinearized(answer.fitted)
             result = known.get(answer.effects)
@@ -134,15 +130,32 @@ class _Widening:
                 result = publish_with(self.problem, [candidates[e] for e in answer.effects], near.values)[0]
             bias = self.biases(near, result or self.result) if unexplained else {}
             parameters = result.parameters if result else by_fit(near.solution, self.result, self.problem.derived)
-            found.append(OpenAnswer(_label(answer), parameters, bias))
-            results += [result] if result else []
-        return found, results
+            found.append(OpenAnswer(_label(answer), parameters, bias, result=result))
+        return found
 
     def biases(self, at: FittedModel, result: Result, elements: Iterable[str] = ()) -> dict[str, float]:
         """Half the 95 % interval of each published parameter's bias by the unexplained residual of a fit."""
         found = unexplained_biases(self.strategy.model, at, elements)
         fitted = {n: float(v) for n, v in at.values.items()}
         return biases(fitted, found, result.parameters, self.problem.derived)
+
+
+def least_doubtful(answers: Sequence[OpenAnswer]) -> tuple[list[OpenAnswer], list[Finding]]:
+    """The answers without those whose results have more doubts than another's, and a note on each that is left out.
+
+    Such an answer makes parameters implausible, as a fading brake does that stands for most of the rolling resistance.
+    Those without a published result are kept.
+    """
+    least = min((len(one.result.doubts) for one in answers if one.result), default=0)
+    kept, notes = list[OpenAnswer](), list[Finding]()
+    for one in answers:
+        if one.result is None or len(one.result.doubts) == least:
+            kept.append(one)
+            continue
+        doubt = one.result.doubts[0]
+        what = f"the intervals do not include the answer '{one.label}', with which this is doubtful: {doubt.reason}"
+        notes.append(Finding("diagnosis", what, doubt.got, minor=True))
+    return kept, notes
 
 
 def _beside_others(result: Result, others: Sequence[Result]) -> Result:
