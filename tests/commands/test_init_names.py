@@ -218,3 +218,13 @@ def test_minutes_are_a_clock_and_a_unit_alone_names_a_speed(tmp_path: Path) -> N
     text = draft_description(load_step("coastdown"), [tmp_path / "ride.csv"], tmp_path).text
     assert 'time: {column: "Minutes", unit: min}' in text
     assert 'speed: {column: "Km/h", unit: Km/h}' in text
+
+
+def test_a_car_at_rest_does_not_hide_the_speed_of_the_other_logs_and_a_pitch_is_needed(tmp_path: Path) -> None:
+    loads = {"Fz_front_N": 9000 - 500 * WAVE, "Fz_rear_N": 7000 + 500 * WAVE}
+    own = {"t_s": np.arange(600) / 50.0, **loads, "ax_mpers2": WAVE, "om_y_degpers": WAVE}
+    parked = table(tmp_path / "parked.csv", **own, v_kmperh=np.zeros(600))
+    launch = table(tmp_path / "launch.csv", **own, v_kmperh=30 + 9 * WAVE)
+    text = draft_description(load_step("cg"), [parked, launch], tmp_path).text
+    assert "# speed: \"v [km/h]\" of launch.csv is not in parked.csv ('v [km/h]' is constant at 0); to map it" in text
+    assert 'pitch_rate: {column: "?", unit: "?"}  # needed: no column has such a name; by their unit: "om_y' in text

@@ -64,6 +64,8 @@ def test_the_description_vetoes_pins_and_names_wrong_segments(root: Path, tmp_pa
         assert any(f.doubt and "kept by the description" in f.what for f in kept.logs[0].findings)
     pinned = read(cuts=[{"channel": "all", "from": "3 s", "to": "5.1 s"}])
     assert np.isnan(pinned.logs[0]["force_x"]).sum() > 200
+    with pytest.raises(InputError, match=r"none, or a list such as \[\{channel: speed, from: 12 s, to: 15 s\}\] \("):
+        read(cuts="maybe")
     with pytest.raises(InputError, match="channel 'vehicle_sped' is not mapped"):
         read(cuts=[{"channel": "vehicle_sped", "from": "3 s", "to": "5 s"}])
     with pytest.raises(
@@ -74,6 +76,11 @@ def test_the_description_vetoes_pins_and_names_wrong_segments(root: Path, tmp_pa
         read(cuts=[{"channel": "all", "from": "1200 s", "to": "1500 s"}])
     kept = read(cuts="none", keep=[{"channel": "all", "from": "2 s", "to": "6 s"}])  # 'keep' also exempts from a step's
     assert not np.isnan(kept.logs[0]["vehicle_speed"]).any()
+
+
+def test_a_run_with_a_column_of_its_own_is_called_by_its_log_alone(root: Path, tmp_path: Path) -> None:
+    path = frozen_sweep(root, tmp_path, columns={"vehicle_speed": "Vehicle Speed [km/h]"})
+    assert gather(load_step("tire"), path).logs[0].name == "frozen.csv"
 
 
 def test_a_half_empty_channel_is_read_in_the_window_that_its_message_names(root: Path, tmp_path: Path) -> None:

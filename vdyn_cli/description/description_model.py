@@ -280,7 +280,7 @@ class Run(Strict):
     def _cut_list(cls, value: Any) -> Any:
         if isinstance(value, str) and value not in ("automatic", "none"):
             raise PydanticCustomError(
-                "list", "takes automatic, none, or a list such as [{{channel: speed, from: 12 s, to: 15 s}}]"
+                "list", "takes automatic, none, or a list such as [{channel: speed, from: 12 s, to: 15 s}]"
             )
         return value
 

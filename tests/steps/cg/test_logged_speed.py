@@ -14,7 +14,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import published
 from vdyn_cli.steps.cg.load_windows import pitch_angle
-from vdyn_cli.steps.cg.logged_speed import LEAST_SLOPE, gps_zero, read_gravity, speed_change
+from vdyn_cli.steps.cg.logged_speed import LEAST_SLOPE, gps_zero, other_accelerometer, speed_change
 from vdyn_cli.steps.cg.spec import CgSettings, CgSpec
 from vdyn_cli.steps.cg.step import STEP
 
@@ -100,7 +100,15 @@ def test_without_a_speed_nothing_is_said() -> None:
 
 def test_a_sensor_on_the_body_that_is_taken_for_an_antenna_is_reported() -> None:
     runs = logs(random_vehicle(4), 4)
-    assert not read_gravity(runs)
+    assert not other_accelerometer(runs, "gps")
     leaning = [r.with_channels(acceleration=r["acceleration"] + GRAVITY * pitch_angle(r)) for r in runs]
-    (finding,) = read_gravity(leaning)
+    (finding,) = other_accelerometer(leaning, "gps")
     assert "accelerometer: body" in finding.remedy
+
+
+def test_an_antenna_that_is_taken_for_a_sensor_on_the_body_is_reported() -> None:
+    runs = logs(random_vehicle(4), 4)
+    assert not other_accelerometer(runs, "body")  # as evaluated for a sensor on the body: without gravity
+    without = [r.with_channels(acceleration=r["acceleration"] - GRAVITY * pitch_angle(r)) for r in runs]
+    (finding,) = other_accelerometer(without, "body")
+    assert "accelerometer: gps" in finding.remedy

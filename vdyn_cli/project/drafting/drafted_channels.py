@@ -12,6 +12,7 @@ from vdyn_cli.steps.step_definition import alternative_channels, named_channels
 
 _MOST_NAMED = 4  # columns listed for a required channel; of more only the number is stated
 _MOST_UNUSED = 12  # unused columns listed by name
+_MOST_LOGS = 3  # logs listed by name
 _LONGEST_LINE = 150  # characters of a line with its comment; longer comments are written above
 UNUSED = "  # unused columns:"
 
@@ -29,12 +30,13 @@ def channel_lines(
     mapped: list[str] = []
     undecided: list[str] = []
     left: list[str] = []
-    needed = channels_needed(step, [log])
-    for channel in _ways(step, log):
+    alternatives = {n for entry in step.required for n in named_channels(entry)}
+    needed = channels_needed(step, [log]) - alternatives | set(_ways(step, log, step.required))
+    for channel in _ways(step, log, (*step.required, *step.optional)):
         guess = log.guesses[channel]
         if channel == "time" and guess.facts is None:
             continue  # of a log with a fixed rate
-        missing = [o.name for o in logs if not o.agrees(log, channel)]
+        missing = [o for o in logs if not o.agrees(log, channel)]
         if guess.facts is not None and not missing:
             lines += channel_line(channel, guess)
             mapped.append(channel)
@@ -46,10 +48,7 @@ def channel_lines(
             )
             undecided.append(channel)
         elif missing:
-            lines.append(
-                f"  # {channel}: another column, or none, in {', '.join(missing[:3])}: describe these logs "
-                "in a file of their own to map it"
-            )
+            lines.append(f"  # {channel}: {_not_in_all(channel, log, missing)}")
         elif guess.why != NO_NAME:
             lines.append(f"  # {channel}: {guess.why}")
         elif channel not in elsewhere:
@@ -58,6 +57,18 @@ def channel_lines(
         lines.append(f"  # optional, and {NO_NAME}: {', '.join(left)}")
     lines += _battery_power(step, log, mapped)
     return [*lines, *unused_columns(log, lines)], mapped, undecided
+
+
+def _not_in_all(channel: str, log: GuessedLog, missing: Sequence[GuessedLog]) -> str:
+    """Why a channel is not mapped that some logs have, or have in another column, and what to do to map it."""
+    names = list(dict.fromkeys(one.name for one in missing))
+    listed = ", ".join(names[:_MOST_LOGS]) + (f" and {len(names) - _MOST_LOGS} more" if len(names) > _MOST_LOGS else "")
+    guess = log.guesses[channel]
+    if guess.facts is None:
+        return f"not mapped, since {log.name} has none ({guess.why}); to map it, describe {listed} in another file"
+    why = {one.guesses[channel].why if one.guesses[channel].facts is None else "another column" for one in missing}
+    fact = f"{quoted(guess.facts.column)} of {log.name} is not in {listed} ({'; '.join(sorted(why))})"
+    return f"{fact}; to map it, describe these in another file"
 
 
 def _battery_power(step: Step, log: GuessedLog, mapped: Collection[str]) -> list[str]:
@@ -136,11 +147,11 @@ def fitting_columns(step: Step, log: GuessedLog, channel: str) -> str:
     return text
 
 
-def _ways(step: Step, log: GuessedLog) -> list[str]:
-    """The channels of a step in order; of alternative channels, the one that the log has."""
+def _ways(step: Step, log: GuessedLog, entries: Sequence[str]) -> list[str]:
+    """The channels of entries of a step in order; of alternative channels, the one that the log has."""
     found = log.columns()
     chosen: list[str] = []
-    for entry in (*step.required, *step.optional):
+    for entry in entries:
         ways = alternative_channels(entry)
         whole = [way for way in ways if all(part in found for part in way)]
         chosen += [source_of(step, channel, log) for channel in (whole or ways)[0]]

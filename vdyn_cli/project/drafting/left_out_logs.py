@@ -113,10 +113,16 @@ def _at(facts: ChannelFacts) -> tuple[str, str]:
 
 
 def reference_log(logs: Sequence[GuessedLog], needed: Collection[str]) -> GuessedLog:
-    """The log with which the others are compared: of those with most needed channels, one of the most frequent kind."""
+    """The log with which the others are compared: of those with most needed channels, one of the most frequent kind.
+
+    Of that kind, it is one with most other channels: a log in which one is constant, such as that of a car at rest,
+    does not hide it in the others.
+    """
     keys = [_key(log, needed) for log in logs]
     alike = Counter(keys)
-    return max(zip(logs, keys, strict=True), key=lambda one: (len(one[1]), alike[one[1]]))[0]
+    return max(
+        zip(logs, keys, strict=True), key=lambda one: (len(one[1]), alike[one[1]], len(one[0].decided_columns()))
+    )[0]
 
 
 def why_left_out(

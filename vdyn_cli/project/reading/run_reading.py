@@ -97,7 +97,8 @@ def read_run(
 def called(name: str, run: Run, spec: Description) -> str:
     """What messages and results call a run's log: with the columns or times that distinguish it from another run's."""
     logger = log_names(run).index(name)
-    if columns := run.own("columns")[logger]:
+    columns = run.own("columns")[logger]
+    if columns and sum(name in log_names(one) for one in spec.runs) > 1:
         return f"{name} ({', '.join(columns.values())})"
     number = run.recordings[logger]
     if number is not None:

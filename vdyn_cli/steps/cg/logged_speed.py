@@ -83,23 +83,32 @@ def speed_change(log: Log) -> SpeedChange | None:
     return SpeedChange(time, at, chosen - chosen.mean(), max(white_level(speed, time), error))
 
 
-def read_gravity(logs: Sequence[Log]) -> list[Finding]:
-    """A finding where the acceleration follows the speed much better without gravity: its sensor is on the body.
+def other_accelerometer(logs: Sequence[Log], stated: str) -> list[Finding]:
+    """A finding where the acceleration follows the speed much better if its sensor is of the other kind than stated.
 
-    With the pitch th, the integral of a - g th must leave at most ``gravity_left`` of the squares that the integral of
-    a leaves. Both are without a line over time, which a zero of the acceleration adds.
+    With the pitch th, a sensor on the body reads a + g th, and an antenna a. The integral for the other kind must leave
+    at most ``gravity_left`` of the squares that the one for the stated kind leaves. Both are without a line over time,
+    which a zero of the acceleration adds.
+
+    Parameters
+    ----------
+    logs : with acceleration as evaluated for the stated kind (m/s^2), thus for ``body`` without g th.
+    stated : ``gps`` or ``body``.
     """
     rows = [one for log in logs if (one := _integrated(log)) is not None]
     if not rows:
         return []
     speed, gained, gravity = np.concatenate(rows).T
-    read, free = (float(np.sqrt(np.mean((speed - by) ** 2))) for by in (gained, gained - gravity))
-    if free**2 > CG_POLICY.gravity_left * read**2:
+    on_body = stated == "body"
+    other = gained + gravity if on_body else gained - gravity
+    left, less = (float(np.sqrt(np.mean((speed - by) ** 2))) for by in (gained, other))
+    if less**2 > CG_POLICY.gravity_left * left**2:
         return []
-    what = "follows the speed better without gravity along the pitching body: the accelerometer seems to be on the body"
-    got = f"{free:.2g} m/s rms instead of {read:.2g} m/s"
-    remedy = "write 'settings: {accelerometer: body}'; if it is not on the body, its gain is wrong"
-    return [Finding("acceleration", what, got, remedy, doubt=True)]
+    share, seems = ("without", "that of an antenna") if on_body else ("with", "on the body")
+    what = f"follows the speed better {share} gravity along the pitching body: the accelerometer seems to be {seems}"
+    kind, place = ("gps", "it is") if on_body else ("body", "it is not")
+    remedy = f"write 'settings: {{accelerometer: {kind}}}'; if {place} on the body, its gain is wrong"
+    return [Finding("acceleration", what, f"{less:.2g} m/s rms instead of {left:.2g} m/s", remedy, doubt=True)]
 
 
 def _integrated(log: Log) -> Array | None:

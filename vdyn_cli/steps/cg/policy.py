@@ -48,9 +48,9 @@ class CgPolicy:
     with it moved a curve by 0.02 to 0.13 of its half-interval."""
 
     gravity_left: float = 0.5
-    """times the residual squares of the speed: most that they may be after gravity is removed from the acceleration, if
-    its sensor is on the body. A sensor that does not read gravity leaves more: 34 times as much on a van, and the same
-    without pitch."""
+    """times the residual squares of the speed: most that they may be after gravity is removed from the acceleration, or
+    added again, if its sensor is of the other kind than stated. Otherwise more is left: 34 times as much on a van, and
+    the same without pitch."""
 
     cg_implausible: float = 3.0
     """[standard deviations] of the tires' slip or compliance, or of the pitch axis, from its usual value, beyond which

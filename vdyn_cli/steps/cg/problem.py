@@ -26,7 +26,7 @@ from vdyn_cli.steps.cg.input_checks import gentle_doubts, ready_runs, weight_con
 from vdyn_cli.steps.cg.known_vehicle import COMPLIANCE, KnownVehicle, known_vehicle, with_free_heave
 from vdyn_cli.steps.cg.load_fit import EXACT, LoadFit
 from vdyn_cli.steps.cg.load_windows import LOADS, cut_windows
-from vdyn_cli.steps.cg.logged_speed import gps_zero, read_gravity, speed_change
+from vdyn_cli.steps.cg.logged_speed import gps_zero, other_accelerometer, speed_change
 from vdyn_cli.steps.cg.parts import balance_parts
 from vdyn_cli.steps.cg.policy import CG_POLICY
 from vdyn_cli.steps.cg.result import cg_result
@@ -244,7 +244,8 @@ def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:
     speeds = tuple(speed_change(log) for log in ready)
     carried = tuple(carried_weight(log, vehicle.values["mass"]) for log in ready)
     findings = [*vehicle.findings, *contradiction, *gentle_doubts(ready)]
-    findings += [*read_gravity(ready), *gps_zero(logs)] if spec.settings.accelerometer == "gps" else []
+    findings += other_accelerometer(ready, spec.settings.accelerometer)
+    findings += gps_zero(logs) if spec.settings.accelerometer == "gps" else []
     findings += [SPEED_INTEGRATED] if not all("speed" in log for log in ready) else []
     findings += [f for log in logs for f in log.findings]
     fit = _with_plausible_tires(

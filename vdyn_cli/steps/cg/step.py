@@ -17,8 +17,8 @@ STEP = Step(
     situations=frozenset({"pitching"}),
     spec=CgSpec,
     policy=CG_POLICY,
-    required=("time", "front_load|front_left_load+front_right_load", "acceleration"),
-    optional=("pitch_rate", "pitch", "rear_load|rear_left_load+rear_right_load", "speed"),
+    required=("time", "front_load|front_left_load+front_right_load", "acceleration", "pitch_rate|pitch"),
+    optional=("pitch", "rear_load|rear_left_load+rear_right_load", "speed"),
     needs=(
         *("mass", "wheelbase", "antenna_height", "antenna_offset", "drag_area", "drag_height", "air_density"),
         *("wheel_inertia", "wheel_radius", "rolling_resistance"),
