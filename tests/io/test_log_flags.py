@@ -261,3 +261,14 @@ def test_a_short_pulse_of_a_speed_is_a_dropout_and_a_fast_drive_is_not(samples: 
     assert [f for f in found(channels) if f[0] == "speed"] == [("speed", "dropout", 2000, 2000 + samples)]
     channels["speed"][2000:2100] += np.where(np.arange(100) < samples, 0.0, 4.0)  # now a longer segment
     assert ("speed", "dropout") not in [f[:2] for f in found(channels)]
+
+
+def test_a_speed_sensor_that_reads_no_creeping_car_is_no_fault() -> None:
+    """Below 0.6 m/s it reads zero, which is a jump at every stop."""
+    rng = np.random.default_rng(3)
+    speed = np.abs(12.0 * np.sin(0.15 * T)) + rng.normal(0.0, 0.01, N)
+    speed[1000:1400] = 0.58 + rng.normal(0.0, 0.02, 400)  # creeping
+    read = np.round(np.where(speed < 0.6, 0.0, speed), 3)
+    assert found({"speed": read, "wheel_speed_fl": read / 0.3}) == []
+    read[500:520] = 0.0
+    assert ("speed", "dropout", 500, 520) in found({"speed": read})

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from vdyn_cli.io.quality.channel_quality import saturated_spans
 from vdyn_cli.io.quality.clock_gaps import clock_gaps
 from vdyn_cli.io.quality.level_steps import level_step_fault
+from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.io.quality.regular_faults import all_channels_faults, contradicted_command, regular_faults
 from vdyn_cli.io.quality.regular_segments import Spans
-from vdyn_cli.io.quality.sampled_channel import SampledChannel, sampled_channel
+from vdyn_cli.io.quality.sampled_channel import RADIUS, SPEEDS, SampledChannel, sampled_channel
 from vdyn_cli.io.quality.spikes import dropouts, pulses, spikes
 from vdyn_cli.quantities.arrays import Array, Mask, Rows
 from vdyn_cli.quantities.log import Log
@@ -95,15 +96,17 @@ def _alone(channel: SampledChannel, taken: Mask, log: Log, wrong: Rows) -> Itera
     rows, values = channel.rows, channel.values
     free = ~taken[rows]
     marked = ~free
+    jumps = [(a, b) for a, b in dropouts(values) if channel.varies and not _near_rest(channel, a, b)]
+    short = pulses(values) if channel.name in ("speed", "vehicle_speed") else []
 
     def fault(a: int, b: int, test: str, why: str) -> Fault:
         marked[a:b] = True
         return Fault(channel.name, int(rows[a]), int(rows[b - 1]) + 1, test, why)
 
-    for a, b in _free(dropouts(values), free) if channel.varies else ():
+    for a, b in _free(jumps, free):
         what = f"jumps to {channel.text(values[a])} and back"
         yield fault(a, b, "dropout" if b - a > 1 else "spike", what)
-    for a, b in _free(pulses(values), ~marked) if channel.name in ("speed", "vehicle_speed") else ():
+    for a, b in _free([(a, b) for a, b in short if not _near_rest(channel, a, b)], ~marked):
         yield fault(a, b, "dropout", f"jumps by {channel.text(values[a] - values[a - 1], 3, step=True)} and back")
     if not channel.rests and np.ptp(values) > 0.0:
         for a, b, test, why in regular_faults(channel, marked):
@@ -112,7 +115,7 @@ def _alone(channel: SampledChannel, taken: Mask, log: Log, wrong: Rows) -> Itera
         for a, b, test, why in contradicted_command(channel, marked, log):
             yield fault(a, b, test, why)
     for i in wrong:
-        if not marked[max(i - 1, 0) : i + 2].any():
+        if not (marked[max(i - 1, 0) : i + 2].any() or _near_rest(channel, i, i + 1)):
             size = _spike_size(channel, i)
             yield fault(
                 int(i),
@@ -120,6 +123,13 @@ def _alone(channel: SampledChannel, taken: Mask, log: Log, wrong: Rows) -> Itera
                 "spike",
                 f"differs from its neighbors by {channel.text(size, 3, step=True)} for one sample",
             )
+
+
+def _near_rest(channel: SampledChannel, a: int, b: int) -> bool:
+    """Whether a speed jumps at samples a and b between zero and the lowest values that its sensor reads."""
+    radius = RADIUS if channel.name.startswith("wheel") else 1.0
+    largest = float(np.abs(channel.values[a - 1 : b + 1]).max())
+    return channel.name in SPEEDS and largest * radius < QUALITY.lowest_reading
 
 
 def _clock_gaps(log: Log) -> Iterator[Fault]:

@@ -105,6 +105,10 @@ class QualityPolicy:
     """[m/s] below which the car is at standstill, so that a constant channel is not a fault. Wheel speed sensors give
     no pulses below some 2 km/h."""
 
+    lowest_reading: float = 1.0
+    """[m/s] below which a jump of a speed to zero, or from it, is no fault. A sensor at a toothed wheel reads zero
+    below 0.5 to 1 m/s, so that its reading jumps at every stop and while the car creeps."""
+
     joined_gap: float = 0.1
     """[share of the shorter] of two faulty segments, up to which the gap between them is faulty too. An interpolated
     gap can contain single true values, at which the line bends."""
