@@ -203,10 +203,10 @@ def without_clock(facts: Sequence[ChannelFacts]) -> tuple[str, str]:
     if named.decreases is not None:
         count, before, behind = named.decreases
         what += f": {before:.10g} is followed by {behind:.10g}" + (f", and {count - 1} more" if count > 1 else "")
-    if other := remedy_of_increasing(facts):
-        return what, f"{other}; or correct the header if it exchanges two names"
     if facts[-1].state == "empty":
         return what, f"the last column, '{facts[-1].column}', is empty: if the header has a name too many, remove it"
+    if other := remedy_of_increasing(facts):
+        return what, f"{other}; or correct the header if it exchanges two names"
     remedy = "sort the rows by time, split the file where its time steps back, or export a time that has all its digits"
     return what, remedy
 
