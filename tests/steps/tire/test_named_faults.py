@@ -17,6 +17,7 @@ LOAD, RATE = 4000.0, 100.0  # N, Hz
 LOSS, SPEED, RADIUS = 0.01, 13.0, 0.31  # 1/s, m/s, m: a tread that loses friction while it slides
 BRAKING = 0.1  # share by which the peak in braking exceeds that in driving
 WEAR = 0.002  # 1/s of sweeping, by which a tread loses friction over the day
+WARMING = 0.004  # 1/s of sweeping, by which a cold tread gains friction at first
 LATE = 0.03  # s by which a rig logs its slip late
 GPS_LATE = 0.12  # s by which the vehicle speed is logged late
 TIME = np.arange(1200) / RATE
@@ -55,6 +56,17 @@ def worn(k: int) -> dict[str, np.ndarray]:
     return dict(zip(("wheel_speed", "vehicle_speed", "force_x", "force_z"), read + noise, strict=True))
 
 
+def warmed(k: int) -> dict[str, np.ndarray]:
+    """A sweep of a tread that gains friction until it is warm, after some 20 s of sweeping."""
+    rng = np.random.default_rng(k)
+    slip = 0.3 * np.sin(2 * np.pi * TIME / 12.0) * np.clip(TIME, 0.0, 1.0)
+    day = TIME[-1] * k + TIME
+    force = friction(slip, *CURVE) * LOAD * (1.0 + WARMING * 20.0 * (1.0 - np.exp(-day / 20.0)))
+    noise = rng.standard_normal((4, TIME.size)) * np.array([[0.05], [0.02], [12.0], [12.0]])
+    read = np.array([SPEED * (1.0 + slip) / RADIUS, np.full(TIME.size, SPEED), force, np.full(TIME.size, LOAD)])
+    return dict(zip(("wheel_speed", "vehicle_speed", "force_x", "force_z"), read + noise, strict=True))
+
+
 def while_accelerating(k: int) -> dict[str, np.ndarray]:
     """A sweep of a vehicle that gains or loses speed, which a GPS gives late."""
     rng = np.random.default_rng(k)
@@ -85,6 +97,7 @@ def with_two_peaks(k: int) -> dict[str, np.ndarray]:
     [
         (braked, {"wheel_radius": f"{RADIUS} m"}, "friction_drift", -LOSS, 0.05),
         (worn, {"wheel_radius": f"{RADIUS} m"}, "tread_wear", -WEAR, 0.05),
+        (warmed, {"wheel_radius": f"{RADIUS} m"}, "tread_wear", WARMING, 0.1),
         (with_two_peaks, {"wheel_radius": f"{RADIUS} m"}, "braking_friction", BRAKING, 0.05),
         (while_accelerating, {"wheel_radius": f"{RADIUS} m"}, "ground_speed_delay", GPS_LATE, 0.1),
         (on_a_flat_track, {}, "slip_lag", -LATE, 0.15),

@@ -52,7 +52,8 @@ class FittedCurve:
 
     def _friction(self, slip: Array, changed: Mapping[str, float] = NO_VALUES) -> Array:
         """The friction at increasing slips (n,) without effects, at the mean load of the sweeps."""
-        values = {**self.solution.values, **dict.fromkeys(self.fit.added.names, 0.0), **changed}
+        shapes = {name: value for effect in self.fit.added.effects for name, value in effect.nominal.items()}
+        values = {**self.solution.values, **dict.fromkeys(self.fit.added.names, 0.0), **shapes, **changed}
         load = float(np.mean(np.concatenate([sweep.load for sweep in self.fit.sweeps])))
         return self.fit.force(slip, load, values) / load
 
