@@ -12,7 +12,14 @@ from tests.diagnosis.linear import Campaign, cause
 from vdyn_cli.diagnosis.name import model_selection
 from vdyn_cli.diagnosis.name.candidate_judgment import judge
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
-from vdyn_cli.diagnosis.name.model_selection import may_be_zero, nearly_sufficient, simplest, worse_than_alone
+from vdyn_cli.diagnosis.name.model_selection import (
+    _one_profile_suffices,
+    _with_certain_effects,
+    may_be_zero,
+    nearly_sufficient,
+    simplest,
+    worse_than_alone,
+)
 from vdyn_cli.diagnosis.strategies.full_model import FullModel
 from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 from vdyn_cli.diagnosis.verdict_text import verdict_sentence
@@ -121,3 +128,33 @@ def test_an_answer_of_two_effects_predicts_about_as_well_as_one_of_them_alone(
     near: Any = Strategy(far_off=False)
     assert worse_than_alone(far, answer) is worse
     assert not worse_than_alone(near, answer)
+
+
+def test_a_profile_that_a_candidate_beats_does_not_suffice():
+    """Sign flips of a few blocks may not show what the profile leaves; the likelihood does."""
+    strategy = open_strategy(Campaign(5, hidden={"hat": 4.0}).setup(WAVE, profiles=(cause("hat"),)))
+    profile = strategy.fitted(("hat",))
+    assert profile is not None
+    cost = profile.solution.cost
+    assert _one_profile_suffices(strategy, trial(["wave"], cost + 50.0, 0.001))
+    assert not _one_profile_suffices(strategy, trial(["wave"], cost - 50.0, 0.001))
+
+
+@pytest.mark.parametrize(
+    ("p", "share", "std", "added"),
+    [(0.03, 0.3, 0.1, True), (0.3, 0.3, 0.1, False), (0.03, 0.05, 0.1, False), (0.03, 0.3, 0.2, False)],
+)
+def test_an_answer_includes_what_its_residual_shows_with_certainty(
+    p: float, share: float, std: float, added: bool, monkeypatch: pytest.MonkeyPatch
+):
+    """A further effect of ten standard errors across blocks, not one of five; and none beside a small residual."""
+    late: Any = SimpleNamespace(effects=("late",), residual_p=p, residual_share=share, unphysical="")
+    both: Any = SimpleNamespace(effects=("late", "filter"), residual_p=0.4, unphysical="", fitted=None)
+    solution = SimpleNamespace(values={"late": -1.0, "filter": 1.0}, std={"late": 0.01, "filter": std})
+    strategy: Any = SimpleNamespace(
+        model=SimpleNamespace(amplitudes=lambda effect: (effect,)),
+        relinearized=lambda fitted: SimpleNamespace(solution=solution),
+        about=lambda fitted: strategy,
+    )
+    monkeypatch.setattr(model_selection, "with_next", lambda strategy, tried: both)
+    assert _with_certain_effects(strategy, late) is (both if added else None)

@@ -18,6 +18,7 @@ from vdyn_cli.diagnosis.name.candidate_models import (
     pairs,
     singles,
     singles_beyond_range,
+    with_next,
 )
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel
@@ -27,20 +28,64 @@ from vdyn_cli.diagnosis.strategies.strategy import Strategy
 def accepted_models(
     strategy: Strategy, found: Detection
 ) -> tuple[tuple[CandidateModel, ...], tuple[CandidateModel, ...]]:
-    """The answers (single effects that suffice, else pairs, else larger sets), and the single effects tried."""
-    model, tried = strategy.model, singles(strategy, found)
+    """The answers (single effects that suffice, else pairs, else larger sets), and the single effects tried.
+
+    One answer without rivals includes the further effects that its significant residual shows with certainty.
+    """
+    tried = singles(strategy, found)
+    answers = _fewest_effects(strategy, tried, found)
+    further = _with_certain_effects(strategy, answers[0]) if len(answers) == 1 else None
+    if further is None:
+        return answers, tried
+    return (further, *alternatives(strategy, further, found)), tried
+
+
+def _fewest_effects(
+    strategy: Strategy, tried: tuple[CandidateModel, ...], found: Detection
+) -> tuple[CandidateModel, ...]:
+    """The answers of one effect among ``tried``, else of two, else of more."""
+    model, best = strategy.model, best_fit(tried)
     answers = simplest(model, not_significantly_worse(model, tried), tried)
-    best = best_fit(tried)
     short = best is not None and catalog_falls_short(strategy, best)
-    if answers or short or _one_profile_suffices(strategy):
-        return _with_rivals(strategy, answers or nearly_sufficient(tried), tried, found), tried
+    if answers or short or _one_profile_suffices(strategy, best):
+        return _with_rivals(strategy, answers or nearly_sufficient(tried), tried, found)
     two = pairs(strategy, tried, found)
     answers = simplest(model, not_significantly_worse(model, (*tried, *two)), two)
     answers = answers or nearly_sufficient(tried) or nearly_sufficient((*tried, *two))
     answers = tuple(a for a in answers if not worse_than_alone(strategy, a))
     if answers:
-        return (*answers, *_with_equal_partners(strategy, answers, found)), tried
-    return forward_selection(strategy, tried, found), tried
+        return (*answers, *_with_equal_partners(strategy, answers, found))
+    return forward_selection(strategy, tried, found)
+
+
+def _with_certain_effects(strategy: Strategy, answer: CandidateModel) -> CandidateModel | None:
+    """The answer with the further effects that its residual shows with certainty; None where there is none.
+
+    Where a few blocks hold most of the information, as a bump does, sign flips have little power, and an effect that
+    leaves much of the misfit may suffice. The amplitudes of further effects, relative to their scatter across blocks,
+    then show what the flips do not. The set may leave a significant residual, which the intervals include.
+    """
+    found: CandidateModel | None = None
+    tried = answer
+    while _leaves_much(tried) and len(tried.effects) < POLICY.most_effects:
+        further = with_next(strategy, tried)
+        if further is None or not _all_certain(strategy, further):
+            break
+        strategy = strategy.about(further.fitted)
+        found = tried = further
+    return found
+
+
+def _leaves_much(tried: CandidateModel) -> bool:
+    """Whether the residual is significant at the level of a detection, and no negligible share of the misfit."""
+    return tried.residual_p <= POLICY.level and tried.residual_share > POLICY.negligible_rest and not tried.unphysical
+
+
+def _all_certain(strategy: Strategy, tried: CandidateModel) -> bool:
+    """Whether each effect's first amplitude is as far from zero as one that excludes the baseline."""
+    solution = strategy.relinearized(tried.fitted).solution
+    first = [strategy.model.amplitudes(e)[0] for e in tried.effects]
+    return all(abs(solution.values[n]) > POLICY.excluding_amplitude * solution.std[n] > 0 for n in first)
 
 
 def _with_rivals(
@@ -78,12 +123,15 @@ def _with_equal_partners(
     return tuple(a for a in alternatives(strategy, best, found) if a.sufficient and frozenset(a.effects) not in already)
 
 
-def _one_profile_suffices(strategy: Strategy) -> bool:
-    """Whether one free profile leaves only noise: then the error is one effect that is not in the catalog."""
+def _one_profile_suffices(strategy: Strategy, best: CandidateModel | None) -> bool:
+    """Whether one free profile leaves only noise: then the error is one effect that is not in the catalog.
+
+    A profile that fits significantly worse than ``best`` of the effects tried leaves what that effect explains.
+    """
     model = strategy.model
     for profile in model.setup.free_profiles:
         fitted = strategy.fitted((profile,))
-        if fitted is None:
+        if fitted is None or (best is not None and 2 * (fitted.solution.cost - best.cost) > POLICY.needed_t**2):
             continue
         left = model.scores(fitted, list(model.setup.candidates))
         visible = [n for n in left.names if left.rank[n] and left.visibility[n] > POLICY.least_visibility]
