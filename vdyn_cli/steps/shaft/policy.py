@@ -23,7 +23,7 @@ class ShaftPolicy:
     with random pedal inputs, backlash reached it in 1 of 100 simulated logs, progressive and dry shafts in none."""
 
     eccentric_turns: float = 2.0
-    """[turns] of the wheel in a log, at least: in fewer the error is not seen to repeat, and resembles a tip-in."""
+    """[turns] of the wheel in a log, at least. In fewer, the error is not seen to repeat, and resembles a tip-in."""
 
     ratio_agreement: float = 0.02
     """[share of the gear ratio] by which the ratio of the speeds may differ from it. A gear ratio is exact, because
