@@ -39,6 +39,12 @@ def test_a_radius_that_the_speeds_contradict_is_reported(share: float, std: floa
     assert all(f"{share:.3f} times vehicle_speed in all 2 runs that show it" in f.what for f in findings)
 
 
+def test_the_lever_of_a_hub_force_may_lie_below_the_rolling_radius() -> None:
+    runs = [_run(name).with_channels(hub_force_x=np.zeros(3000)) for name in ("a", "bb")]
+    found = {share: contradicted_radius(runs, _known(share, 0.0005), (), ()) for share in (0.92, 0.96, 1.028)}
+    assert [share for share, findings in found.items() if findings] == [0.92, 1.028]
+
+
 def test_a_radius_is_judged_alike_in_all_runs() -> None:
     """Of three gains of 2 % the limit lies between, most decide."""
     pairs = [pair for name in ("a", "bb", "ccc") for pair in tied_pairs(_run(name), _known(0.98, 0.0005))]

@@ -89,7 +89,10 @@ MISFIT = 2.5  # rms over noise floor above which the model is in doubt; the diag
 
 @dataclass(frozen=True)
 class FitSummary:
-    """Quality of the fit: ``rms`` of the residual and ``noise_floor`` in ``unit`` of the fitted channel."""
+    """Quality of the fit: ``rms`` of the residual and ``noise_floor`` in ``unit`` of the fitted channel.
+
+    ``cause`` is what the step found to be wrong with the runs where that makes the residual, a phrase.
+    """
 
     runs: tuple[str, ...]
     rms: float
@@ -100,6 +103,7 @@ class FitSummary:
     interval_units: int = 0
     held_out_rms: float | None = None
     warnings: tuple[str, ...] = ()
+    cause: str = ""
 
     @property
     def run_count(self) -> int:
@@ -112,7 +116,8 @@ class FitSummary:
         """The message for a residual far above the noise floor, else empty."""
         if not self.rms > MISFIT * self.noise_floor > 0:
             return ""
-        return f"the rms residual is {self.rms / self.noise_floor:.0f} times the noise floor"
+        because = f"{self.cause}, so that " if self.cause else ""
+        return f"{because}the rms residual is {self.rms / self.noise_floor:.0f} times the noise floor"
 
 
 @dataclass(frozen=True)

@@ -47,6 +47,7 @@ class FitEntry(Entry):
     interval_units: int = Field(description="number of independent units")
     held_out_rms: float | None = Field(description="rms in runs that the fit did not use, in 'unit'")
     warnings: tuple[str, ...] = Field(description="reasons to doubt the result")
+    cause: str = Field("", description="what the step found wrong with the runs that makes the residual, or empty")
 
 
 class FindingEntry(Entry):

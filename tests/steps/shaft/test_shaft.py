@@ -107,6 +107,7 @@ def test_a_run_with_another_stiffness_is_named(hidden: str, named: bool) -> None
     found = [f for f in result.findings if "in this run" in f.what or "another stiffness" in f.what]
     assert [f.where for f in found] == ["run_7.csv"] * named
     assert all(f.got.startswith("-10.") or f.got.startswith("-9.") for f in found)
+    assert result.fit.cause.startswith("run_7.csv: stiffness") == named
 
 
 def test_joints_in_series_are_found_by_comparing_log_and_drawing() -> None:

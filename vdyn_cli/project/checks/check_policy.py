@@ -39,6 +39,11 @@ class CheckPolicy:
     stiffness of 15 times the load slip by 1.3 % at a drive force of 0.2 times the load; most runs stay below it.
     agreeing_std standard deviations of the radius are added."""
 
+    loaded_radius: float = 0.06
+    """[share of the speed] by which the speed of a wheel times its loaded radius, the lever of a force at the hub, may
+    lie below the car's. A load compresses a car's tire by 5 to 8 % of its radius, and its rolling radius by a third of
+    that (Pacejka, Tire and Vehicle Dynamics, 2012, ch. 8): the two differ by 3.5 to 5.8 %."""
+
     start_error: float = 120.0
     """[s] by which the stated start of a run may differ from its log's clock, if the order is the same. A log book
     states minutes, and a log starts up to a minute before its run."""

@@ -64,7 +64,7 @@ def tied_pairs(
         yield _change(log, speed)
     for left, right in AXLES:
         if left in log and right in log:
-            yield _ratio(log, left, right, 1.0, QUALITY.axle_speeds)
+            yield _ratio(log, left, right, 1.0, (QUALITY.axle_speeds, QUALITY.axle_speeds))
     for pair in _rolling_pairs(log, known, computed, clocks):
         wheel = pair.first.removesuffix(TIMES_RADIUS)
         yield _with_delay(pair, _delay(log, wheel, pair.second)) if pair.good else pair
@@ -103,7 +103,9 @@ def _rolling_pairs(
     for wheel in ("wheel_speed", *WHEEL_SPEEDS):
         if wheel in log and (wheel, speed) not in computed:
             own = [c for c in clocks if c.run == log.name and (wheel in c.channels) != (speed in c.channels)]
-            yield _ratio(log, wheel, speed, radius.value, limit, max((c.delay_std for c in own), default=0.0))
+            below = max(limit, CHECK.loaded_radius) if "hub_force_x" in log else limit  # its lever is that radius
+            late = max((c.delay_std for c in own), default=0.0)
+            yield _ratio(log, wheel, speed, radius.value, (below, limit), late)
 
 
 def compared_over_runs(pairs: Sequence[TiedPair]) -> tuple[list[TiedPair], tuple[Finding, ...]]:
@@ -258,10 +260,13 @@ def _delay(log: Log, first: str, second: str) -> tuple[float, float] | None:
     return (found.delay, found.delay_std) if clear else None
 
 
-def _ratio(log: Log, first: str, second: str, scale: float, limit: float, delay_std: float = 0.0) -> TiedPair:
+def _ratio(
+    log: Log, first: str, second: str, scale: float, limits: tuple[float, float], delay_std: float = 0.0
+) -> TiedPair:
     """The median ratio of two speeds while the wheels turn; not judged if it varies because of slip or bends.
 
     A wrong delay of two loggers, s, changes the ratio in proportion to V' / V, which is alike in all of a coast-down.
+    ``limits`` are the shares by which the ratio may lie below and above 1.
     """
     y, x = np.abs(log[first]) * scale, np.abs(log[second])
     own = ROLLING if scale != 1.0 else ROLLING / 0.3
@@ -272,6 +277,7 @@ def _ratio(log: Log, first: str, second: str, scale: float, limit: float, delay_
     low, gain, high = (float(q) for q in np.quantile(y[use] / np.maximum(x[use], 1e-9), [0.25, 0.5, 0.75]))
     if high - low > 2.0 * QUALITY.reported_scale:
         return _pair(log, shown, second, f"not compared: the ratio varies from {low:.2f} to {high:.2f} (slip or bends)")
+    limit = limits[0] if gain < 1.0 else limits[1]
     if scale == 1.0:
         return _pair(log, shown, second, f"gain {gain:.3f}", abs(gain - 1.0) <= limit, gain=gain)
     error = MEDIAN_ERROR * (high - low) / max(1.0, use.mean() * log.duration / WINDOW) ** 0.5

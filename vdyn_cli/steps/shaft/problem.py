@@ -119,7 +119,7 @@ class ShaftProblem(SimulatedProblem):
             sides.append(compared_stiffness(side, logged))
             changed += changed_runs(side.runs, side.linear) if side.runs and not added.effects else ()
         of_sides = (f for side in sides for f in side.findings)
-        return shaft_result(sides, (*changed, *self.findings, *of_sides, *self.log_findings))
+        return shaft_result(sides, (*self.findings, *of_sides, *self.log_findings), changed)
 
 
 def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftProblem:

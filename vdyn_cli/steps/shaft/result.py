@@ -21,13 +21,15 @@ from vdyn_cli.steps.shaft.shaft_side import LoggedShaft
 from vdyn_cli.steps.shaft.stiffness_comparison import ComparedStiffness
 
 
-def shaft_result(sides: Sequence[ComparedStiffness], findings: Sequence[Finding]) -> Result:
+def shaft_result(
+    sides: Sequence[ComparedStiffness], findings: Sequence[Finding], changed: Sequence[Finding] = ()
+) -> Result:
     """The published result of the sides.
 
     Parameters
     ----------
     sides : one or two, each with the stiffness by every method.
-    findings : about the description and the logs.
+    findings : about the description and the logs. changed : on runs with another stiffness.
     """
     estimates, notes = _estimates(sides)
     by_method = {s.side.name: {name: {"value": b.value, "std": b.std} for name, b in s.methods.items()} for s in sides}
@@ -36,12 +38,12 @@ def shaft_result(sides: Sequence[ComparedStiffness], findings: Sequence[Finding]
         "shaft",
         restate(estimates, {}),
         Parameters(estimates, _correlation(sides, estimates)),
-        _summary(sides),
+        _summary(sides, "; ".join(f"{f.where}: {f.what}" for f in changed)),
         text.METHODS,
         figures.comparisons(sides),
         figures.figures(sides),
         text.tables(sides),
-        tuple(dict.fromkeys([*findings, *notes])),
+        tuple(dict.fromkeys([*changed, *findings, *notes])),
         {"stiffness_by": by_method},
         amplitudes=_amplitudes(sides),
         restate=restate,
@@ -95,16 +97,16 @@ def _correlation(sides: Sequence[ComparedStiffness], published: Mapping[str, Est
     return found
 
 
-def _summary(sides: Sequence[ComparedStiffness]) -> FitSummary:
+def _summary(sides: Sequence[ComparedStiffness], cause: str) -> FitSummary:
     logged = _logged(sides)
     if not logged:
         return FitSummary(tuple(f"drawing, {s.side.name}" for s in sides), 0.0, 0.0, "N m", ())
     off = [run.torque - torque for s in logged for run, torque in zip(s.runs, s.torque, strict=True)]
     excess = noise_excess((s.solution for s in logged), (run for s in logged for run in s.runs))
     warnings = [w for s in logged[1:] for w in s.solution.warnings]
-    if excess > SHAFT_POLICY.shaft_excess:
+    if excess > SHAFT_POLICY.shaft_excess and not cause:
         what = f"the residuals are {excess:.1f} times the sensors' noise"
         warnings.append(f"{what}: backlash, a progressive joint, or a clock offset")
     solution, names = logged[0].solution, [run.name for s in logged for run in s.runs]
     summary = fit_summary(solution, names, off, [rms(*off) / excess], "N m", warnings)
-    return replace(summary, unknowns=(*solution.names, *solution.per_run))
+    return replace(summary, unknowns=(*solution.names, *solution.per_run), cause=cause)
