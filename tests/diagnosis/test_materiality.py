@@ -9,7 +9,8 @@ import pytest
 
 from tests.diagnosis.line_step import estimate
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.name.candidate_judgment import judge
+from vdyn_cli.diagnosis.name.candidate_judgment import _is_significant, judge
+from vdyn_cli.diagnosis.name.candidate_models import candidate_model
 from vdyn_cli.diagnosis.size.finding_size import Limits, explained_share, finding_size
 from vdyn_cli.diagnosis.size.materiality import limits_of
 from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
@@ -29,6 +30,13 @@ def test_a_significant_effect_of_trivial_size_leaves_the_model_adequate():
     assert verdict.immaterial is not None
     assert verdict.immaterial.effects == ("slope",)
     assert verdict_sentence(verdict, case.candidates, {}).startswith("No model error that matters")
+
+
+def test_an_amplitude_that_chance_explains_has_no_size():
+    """With predictions at prior values, such an amplitude alone would change the output by any amount."""
+    strategy = open_strategy(SMALL.setup(*CATALOG))
+    counted = {e: _is_significant(strategy, strategy.base, candidate_model(strategy, (e,))) for e in ("slope", "step")}
+    assert counted == {"slope": True, "step": False}
 
 
 def test_without_limits_everything_significant_matters():

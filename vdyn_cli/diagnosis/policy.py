@@ -121,9 +121,10 @@ class Policy(PartPolicy, FitPolicy):
     88 = exp(3^2 / 2): three standard errors, as needed_t."""
 
     excluding_amplitude: float = 6.0
-    """[standard errors] that the amplitude of each of several answers must reach to exclude the baseline, and that of
-    each effect, for a further one to be added to an answer that suffices. Twelve blocks, the fewest, leave 11 degrees
-    of freedom: Student's t exceeds 6 in 1e-4, and the strongest of 30 candidates does in 0.3 %, as with needed_t."""
+    """[standard errors] that the amplitude of each of several answers, or the evidence of a free profile, must reach to
+    exclude the baseline, and each effect's amplitude, for a further one to be added to an answer that suffices. Twelve
+    blocks, the fewest, leave 11 degrees of freedom: Student's t exceeds 6 in 1e-4, and the strongest of 30 candidates
+    does in 0.3 %, as with needed_t."""
 
     open_probability: float = 0.05
     """[probability] of one further effect beside a named one, above which intervals include that answer. The

@@ -22,6 +22,7 @@ PLAIN = (1e-3, 1e5)  # amplitudes that read as plain numbers in a sentence
 SAME_FACTOR, UNLIKE_FACTOR = 0.01, 0.06
 MANY_TIMES = 1.5  # a scale that is off by more is also stated as a factor
 SMALL_REMAINDER = 0.1  # share of the rms misfit, below which a significant residual is called small
+IMMATERIAL = "The residual is significant, but too small to matter for predictions."
 PART = "part of the rms error"  # of an answer whose held-out gain is not known or not certain
 AFTER_THE_NOUN = ("that", "with", "in", "of", "from", "between")  # words after the noun that a label is about
 CLAUSE = ("that", "another")  # after a label with one of these words, the amplitude stands in brackets
@@ -126,11 +127,9 @@ def _sentence(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Map
     named = " and ".join(_with_amplitude(effects[e], amplitudes) for e in answer.effects)
     several = len(answer.effects) > 1 or is_plural(effects[answer.effects[0]].label)
     text = f"{named} {'explain' if several else 'explains'} {_explained(judgment)}.{_compensated(judgment.gain)}"
-    if judgment.verdict == "data_fault":
-        return f"Data fault: {text}"
     if not answer.sufficient:
-        text += f" {remainder_sentence(answer.residual_share)}"
-    return capitalized(text)
+        text += f" {IMMATERIAL if answer.residual_immaterial else remainder_sentence(answer.residual_share)}"
+    return f"Data fault: {text}" if judgment.verdict == "data_fault" else capitalized(text)
 
 
 def _closest(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Mapping[str, Estimate]) -> str:
@@ -161,6 +160,8 @@ def _immaterial(
 ) -> str:
     """The sentence on a significant finding that does not matter: first its size, then a possible effect."""
     text = f"No model error that matters: a deviation is significant ({p_text(judgment.detection.p_value)}) but small"
+    if judgment.immaterial is None and size is not None:
+        return f"{text}: a free profile of the error changes the {_size(size, ' by only ')}."
     if judgment.immaterial is None:
         return f"{text}: even free profiles change the output and the parameters by less than what matters."
     named = " with ".join(_with_amplitude(effects[e], amplitudes) for e in judgment.immaterial.effects)

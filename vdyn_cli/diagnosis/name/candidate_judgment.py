@@ -33,7 +33,7 @@ from vdyn_cli.diagnosis.name.model_selection import (
     simplest,
 )
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.size.finding_size import Limits, finding_size, profile_matters
+from vdyn_cli.diagnosis.size.finding_size import Limits, finding_size, profile_matters, profile_size
 from vdyn_cli.diagnosis.strategies.full_model import FittedModel
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.inference.regression import Unknown
@@ -65,7 +65,7 @@ def judge(strategy: Strategy, faults: Sequence[Finding] = (), limits: Limits | N
         return replace(judgment, one_way=model.setup.one_way)
     local, local_detection = strategy.about_largest_effect(detection)
     answers, tried = accepted_models(local, local_detection)
-    answers = _without_idle_effects(strategy, local, answers, limits)
+    answers = _without_idle_effects(strategy, local, answers, limits) or _with_idle_remainder(local, tried, limits)
     judgment = _sized(strategy, replace(judgment, tried=tried, accepted=answers), limits)
     if not judgment.material:
         return replace(judgment, one_way=model.setup.one_way)
@@ -120,23 +120,62 @@ def _without_idle_effects(
     return tuple(found.values())
 
 
+def _with_idle_remainder(
+    strategy: Strategy, tried: Sequence[CandidateModel], limits: Limits | None
+) -> tuple[CandidateModel, ...]:
+    """The single effects that explain most, if no free profile of what the best of them leaves changes predictions.
+
+    No law is exact: the rolling resistance of a real tire leaves a residual that is significant beside a large effect.
+    Only with predictions at prior values, and where no candidate but a free profile is strongest in that residual.
+    """
+    best = best_fit([t for t in tried if not t.unphysical])
+    if best is None or limits is None or not strategy.prior_values or strategy.model.setup.far_off:
+        return ()
+    if not best.explains_most or best.residual_like not in strategy.model.setup.free_profiles:
+        return ()
+    if _profile_excludes(strategy, best.fitted) or profile_matters(strategy, best.fitted, limits):
+        return ()
+    most = [replace(t, residual_immaterial=True) for t in tried if t.explains_most and not t.unphysical]
+    least = best.cost + 0.5 * POLICY.needed_t**2
+    return simplest(strategy.model, [t for t in most if t.cost <= least], most)
+
+
 def _sized(strategy: Strategy, judgment: Judgment, limits: Limits | None) -> Judgment:
     """The judgment with the size of the finding, and whether that matters.
 
     A finding matters if any of its answers does; without an answer, if the closest candidate model or a free profile
-    does. If no candidate was strong enough to be tried, the free profile alone decides.
+    does. Amplitudes that chance explains have no size: without a significant candidate, the free profile alone decides.
     """
     answers, closest = judgment.accepted, best_fit(judgment.tried)
-    best = answers[0] if answers else closest
-    size = None if best is None else finding_size(strategy, judgment.base, best.fitted)
-    judgment = replace(judgment, size=size, material=True)
-    if limits is None or (size is not None and limits.exceeded(size)):
-        return judgment
-    if any(limits.exceeded(finding_size(strategy, judgment.base, a.fitted)) for a in answers[1:]):
-        return judgment
-    if not answers and profile_matters(strategy, judgment.base, limits):
-        return replace(judgment, size=None)  # the closest candidate changes nothing that matters
-    return replace(judgment, material=False, closest=None if answers else closest)
+    every = [a for a in (answers or ([closest] if closest else ())) if _is_significant(strategy, judgment.base, a)]
+    sizes = [finding_size(strategy, judgment.base, a.fitted) for a in every]
+    best = sizes[0] if sizes else None
+    if limits is None or any(limits.exceeded(size) for size in sizes):
+        return replace(judgment, size=best, material=True)
+    if not (answers and every) and profile_matters(strategy, judgment.base, limits):
+        return replace(judgment, size=None, material=True)  # the closest candidate changes nothing that matters
+    if not every:
+        size = profile_size(strategy, judgment.base) if strategy.prior_values else None
+        return replace(judgment, size=size, material=False, accepted=(), closest=None)
+    return replace(judgment, size=best, material=False, closest=None if answers else closest)
+
+
+def _is_significant(strategy: Strategy, base: FittedModel, one: CandidateModel) -> bool:
+    """Whether a candidate model explains more than chance, and its amplitude differs significantly from zero.
+
+    All candidates count where an error is certain: the baseline is far off, or a free profile excludes it.
+    """
+    if strategy.model.setup.far_off or _profile_excludes(strategy, base):
+        return True
+    if 2 * (base.solution.cost - one.cost) <= POLICY.needed_t**2:
+        return False
+    return len(one.effects) > 1 or not may_be_zero(strategy.model, strategy.relinearized(one.fitted))
+
+
+def _profile_excludes(strategy: Strategy, at: FittedModel) -> bool:
+    """Whether the evidence of a free profile beside a fit reaches ``excluding_amplitude``, which chance does not."""
+    found = strategy.model.scores(at, list(strategy.model.setup.free_profiles))
+    return any(found.evidence[f] > POLICY.excluding_amplitude for f in found.names)
 
 
 def _accepting(

@@ -33,6 +33,7 @@ class CandidateModel:
     residual_share : what that one would explain in addition, beyond chance, as a share of the rms misfit: the root of
         the ratio of whitened sums of squares.
     residual_in_part : whether that one corrects a law that one of the effects corrects, too.
+    residual_immaterial : whether no free profile of the residual changes the output by more than what matters.
     unphysical : a parameter of the baseline that is significantly outside its physical range; empty where none is.
     sensor_fault : whether all of its effects are sensor errors, and not all of them latencies.
     """
@@ -43,6 +44,7 @@ class CandidateModel:
     residual_like: str | None
     residual_share: float
     residual_in_part: bool = False
+    residual_immaterial: bool = False
     unphysical: str = ""
     sensor_fault: bool = False
 

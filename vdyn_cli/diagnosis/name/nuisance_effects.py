@@ -64,7 +64,8 @@ def _named_alone(judgment: Judgment, answers: Sequence[CandidateModel], chance: 
     """The judgment with sensor errors as the only answers; ``chance`` is the p value of the most significant one."""
     found = judgment.detection
     found = replace(found, p_value=min(found.p_value, max(chance, found.scores.smallest_p())))
-    return replace(judgment, accepted=tuple(answers), detection=found, material=True, closest=None)
+    accepted = tuple(replace(a, residual_immaterial=judgment.material is False) for a in answers)
+    return replace(judgment, accepted=accepted, detection=found, material=True, closest=None)
 
 
 def _named_beside(strategy: Strategy, judgment: Judgment, best: CandidateModel) -> Judgment | None:

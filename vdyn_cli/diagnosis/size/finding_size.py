@@ -122,41 +122,61 @@ def finding_size(strategy: Strategy, without: FittedModel, found: FittedModel) -
     )
 
 
-def profile_matters(strategy: Strategy, base: FittedModel, limits: Limits) -> bool:
-    """Whether a free profile of the baseline's unexplained residual changes the output or parameters beyond the limits.
+def profile_matters(strategy: Strategy, at: FittedModel, limits: Limits) -> bool:
+    """Whether a free profile of the residual that a fit leaves changes the output or parameters beyond the limits.
 
     Where parameters keep prior values, only predictions are published: the profile matters if it changes the main
     output by more than ``unexplained_share`` of the prediction's uncertainty.
+
+    Parameters
+    ----------
+    at : the baseline's fit, or one with effects.
     """
+    if _predicts_only(strategy, limits):
+        size = profile_size(strategy, at)
+        return size is None or size.change > POLICY.unexplained_share * limits.noise
     model = strategy.model
-    found = model.scores(base, list(model.setup.free_profiles))
-    if strategy.prior_values and np.isfinite(limits.output) and not limits.stated:
-        changes = [_profile_change(strategy, base, f, found.statistic[f], found.rank[f]) for f in found.names]
-        return max(changes, default=0.0) > POLICY.unexplained_share * limits.noise
-    rows = max(sum(_counts(base.runs)), 1)
+    found = model.scores(at, list(model.setup.free_profiles))
+    rows = max(sum(_counts(at.runs)), 1)
     share = max((found.statistic[f] - found.rank[f] for f in found.names), default=0.0) / rows
     limit = limits.output / limits.noise if np.isfinite(limits.output) and limits.noise > 0 else POLICY.matters_share
     if np.sqrt(max(share, 0.0)) > limit:
         return True
-    size = finding_size(strategy, base, base)
-    halves = half_widths(unexplained_biases(model, base))
+    size = finding_size(strategy, at, at)
+    halves = half_widths(unexplained_biases(model, at))
     return any(halves.get(n, 0.0) > limits.of(n, size.stds[n]) for n in size.shifts)
 
 
-def _profile_change(strategy: Strategy, base: FittedModel, profile: str, statistic: float, rank: int) -> float:
-    """Rms change of the main output by a free profile, beyond chance; infinite where the change is not available.
+def _predicts_only(strategy: Strategy, limits: Limits) -> bool:
+    """Whether a finding is judged by the predictions alone: parameters keep prior values, and no limits are stated."""
+    return bool(strategy.prior_values) and np.isfinite(limits.output) and not limits.stated
+
+
+def profile_size(strategy: Strategy, at: FittedModel) -> FindingSize | None:
+    """The size of the free profile that changes the main output most; None where a change is not available."""
+    model = strategy.model
+    found = model.scores(at, list(model.setup.free_profiles))
+    sizes = [_profile_size(strategy, at, f, found.statistic[f], found.rank[f]) for f in found.names]
+    known = [s for s in sizes if s is not None]
+    return max(known, key=lambda s: s.change, default=None) if len(known) == len(sizes) else None
+
+
+def _profile_size(strategy: Strategy, at: FittedModel, profile: str, statistic: float, rank: int) -> FindingSize | None:
+    """The size of a free profile beside the effects of a fit, its change of the main output beyond chance.
 
     Parameters
     ----------
     statistic : chi-square of the profile, with ``rank`` degrees of freedom.
     """
-    fitted = strategy.fitted((profile,))
-    pairs = [] if fitted is None else list(zip(base.runs.rows, fitted.runs.rows, strict=True))
-    changes = [b.plain[0] - a.plain[0] for a, b in pairs if a.plain is not None and b.plain is not None]
-    if len(changes) < len(base.runs.rows):
-        return float("inf")
+    fitted = strategy.fitted((*at.effects, profile))
+    if fitted is None or any(r.plain is None for one in (at.runs, fitted.runs) for r in one.rows):
+        return None
+    residuals = [_residuals(one, True) for one in (at.runs, fitted.runs)]
+    changes, counts = [b - a for a, b in zip(*residuals, strict=True)], [r.size for r in residuals[0]]
     real = max(1.0 - rank / max(statistic, 1e-300), 0.0)
-    return float(np.sqrt(real)) * _rms(changes, [c.size for c in changes])
+    change = float(np.sqrt(real)) * _rms(changes, counts)
+    before, after = (_rms(one, counts) for one in residuals)
+    return FindingSize(True, change, float("nan"), _points(changes), before, after, {}, {}, 0.0)
 
 
 def _predictions(
