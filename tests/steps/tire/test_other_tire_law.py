@@ -52,7 +52,8 @@ def patch(slip: np.ndarray, speed: float) -> np.ndarray:
     return np.sign(slip) * level * (1.0 - x * (1.0 - np.exp(-1.0 / x)))
 
 
-@pytest.mark.thorough  # four fits that converge slowly
+@pytest.mark.thorough
+@pytest.mark.slow  # four fits that converge slowly, 9 s
 def test_the_slope_is_that_of_the_free_form_that_can_be_fitted() -> None:
     rng, time, logs = np.random.default_rng(8), np.arange(0.0, 18.0, 0.01), []
     for k, load in enumerate((2400.0, 3300.0, 4200.0, 5000.0)):
