@@ -44,7 +44,7 @@ def test_a_coarse_quantization_is_not_no_noise() -> None:
 
 
 def test_too_short() -> None:
-    with pytest.raises(ValueError, match="eight samples"):
+    with pytest.raises(ValueError, match="8 samples"):
         white_level(np.zeros(7))
 
 

@@ -10,6 +10,7 @@ from vdyn_cli.quantities.arrays import Array, median_deviation, rms
 # less, the channel may hold noise alone. Above that, the intervals show how much information the channel holds.
 LEAST_EXCESS = 10.0
 ROUNDING = 1e-12  # share of a variance
+FEWEST_READINGS = 8  # of which the level of white noise can be estimated: five third differences
 
 
 def white_level(trace: Array, time: Array | None = None) -> float:
@@ -35,8 +36,8 @@ def white_level(trace: Array, time: Array | None = None) -> float:
     """
     good = np.isfinite(trace)
     x = np.asarray(trace, dtype=float)[good]
-    if x.size < 8:
-        raise ValueError("the level of white noise needs at least eight samples")
+    if x.size < FEWEST_READINGS:
+        raise ValueError(f"the level of white noise needs at least {FEWEST_READINGS} samples")
     t = np.arange(x.size, dtype=float) if time is None else np.asarray(time, dtype=float)[good]
     at = np.lib.stride_tricks.sliding_window_view(t, 4)
     gaps = at[:, :, None] - at[:, None, :] + np.eye(4)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
-from vdyn_cli.inference import Regression, Rows, Unknown, white_level
+from vdyn_cli.inference import FEWEST_READINGS, Regression, Rows, Unknown, white_level
 from vdyn_cli.inference.banded import weighed, whitened
 from vdyn_cli.physics.models.wheel_spin import LAG, LEVER, MASS, READINGS, WHEEL_SPIN
 from vdyn_cli.quantities.arrays import Array, cumulative_integral, filled, spans
@@ -34,7 +34,6 @@ from vdyn_cli.steps.known_sensitivity import slopes_by_known
 Index = NDArray[np.intp]
 STANDSTILL = 1.0  # rad/s, below which friction is not defined
 RIM_SHARE = 0.6  # J / (m r^2) of a wheel with its tire: between a disk's 0.5 and a hoop's 1; only a start value
-FEWEST_READINGS = 8  # of a channel whose white noise can be estimated
 GAP = 5.0  # median time steps; windows do not contain longer ones
 
 

@@ -1,15 +1,14 @@
-"""Loads and accelerations of a sweep's bins without the part that is only noise of their readings."""
+"""Loads and relative rates of the speed of a sweep's bins, without the part that is only noise of their readings."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from vdyn_cli.inference import white_level
+from vdyn_cli.inference import FEWEST_READINGS, white_level
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 
 SCATTERS = 3.0  # standard deviations of a variance, by which that of a varying load exceeds that of the noise
-FEWEST = 8  # readings of a speed, from which the level of its noise can be estimated
 WINDOW = 0.4  # s, standard deviation of the weights of a local slope: some samples of a GPS, a sixth of a slow swell
 REACH = 4 * WINDOW  # s, beyond which the weights are negligible
 TINY = 1e-12  # s^2, for a time about which there are not two readings
@@ -42,7 +41,7 @@ def speed_growth(log: Log, time: Array, speed: Array) -> Array:
     """
     clock, read = log.samples.get("vehicle_speed", (log.time, log["vehicle_speed"]))
     good = np.isfinite(read)
-    if np.count_nonzero(good) < FEWEST:
+    if np.count_nonzero(good) < FEWEST_READINGS:
         return np.zeros_like(speed)
     clock, read = clock[good], read[good]
     noise = white_level(read, clock) ** 2
