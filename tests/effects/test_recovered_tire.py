@@ -71,6 +71,7 @@ def test_its_size_is_found_and_the_curve_is_the_truths(hidden: Hidden) -> None:
     assert result.fit.rms < 1.15 * result.fit.noise_floor
 
 
+@pytest.mark.thorough  # as those of the other steps
 @pytest.mark.parametrize("hidden", HIDDEN, ids=str)
 def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
     result = fitted(hidden, 0.02)

@@ -80,10 +80,10 @@ HIDDEN = {
     "wind and warm-up": ({"headwind": 2.0, "tire_warmup": 0.45}, EIGHT),
 }
 SLOW, THOROUGH = [pytest.mark.slow], [pytest.mark.slow, pytest.mark.thorough]
-MARKS = {"headwind": [], "a slope": THOROUGH, "warm air": THOROUGH, "wind and warm-up": THOROUGH}
+OFTEN = {"headwind": [], "tires warming up": SLOW}
 
 
-@pytest.mark.parametrize("case", [pytest.param(case, marks=MARKS.get(case, SLOW)) for case in HIDDEN])
+@pytest.mark.parametrize("case", [pytest.param(case, marks=OFTEN.get(case, THOROUGH)) for case in HIDDEN])
 def test_what_is_hidden_is_named_with_its_size_and_gains_on_held_out_runs(
     case: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:

@@ -91,12 +91,14 @@ def with_two_peaks(k: int) -> dict[str, np.ndarray]:
     return dict(zip(("wheel_speed", "vehicle_speed", "force_x", "force_z"), read + noise, strict=True))
 
 
-@pytest.mark.slow  # half a minute of diagnosis
+@pytest.mark.slow  # a diagnosis of 4 s each
 @pytest.mark.parametrize(
     ("sweep", "vehicle", "effect", "size", "tolerance"),
     [
-        (braked, {"wheel_radius": f"{RADIUS} m"}, "friction_drift", -LOSS, 0.05),
-        (worn, {"wheel_radius": f"{RADIUS} m"}, "tread_wear", -WEAR, 0.05),
+        pytest.param(
+            braked, {"wheel_radius": f"{RADIUS} m"}, "friction_drift", -LOSS, 0.05, marks=pytest.mark.thorough
+        ),
+        pytest.param(worn, {"wheel_radius": f"{RADIUS} m"}, "tread_wear", -WEAR, 0.05, marks=pytest.mark.thorough),
         (warmed, {"wheel_radius": f"{RADIUS} m"}, "tread_wear", WARMING, 0.1),
         (with_two_peaks, {"wheel_radius": f"{RADIUS} m"}, "braking_friction", BRAKING, 0.05),
         (while_accelerating, {"wheel_radius": f"{RADIUS} m"}, "ground_speed_delay", GPS_LATE, 0.1),

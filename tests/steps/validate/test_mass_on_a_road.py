@@ -264,7 +264,8 @@ def test_more_drag_is_named_alone_beside_a_latency(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow  # a diagnosis of 3 s
-@pytest.mark.parametrize("seed", [4, pytest.param(6, marks=pytest.mark.thorough)])
+@pytest.mark.thorough  # 8 s each
+@pytest.mark.parametrize("seed", [4, 6])
 def test_more_drag_and_a_filtered_speed_are_named(tmp_path: Path, seed: int) -> None:
     """A filter of 0.15 s: a linearization about no latency leaves its square, which looks like further effects."""
     car = replace(CAR, drag_area=CAR.drag_area + 0.2)
