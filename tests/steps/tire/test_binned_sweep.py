@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.steps.tire.binned_sweep import binned_sweep
+from vdyn_cli.steps.tire.slip_sweeps import slip_sweeps
+from vdyn_cli.steps.tire.spec import TireSettings
 from vdyn_cli.steps.tire.tire_regression import _swept
 
 NOISE, SPEED = 0.05, 20.0  # m/s
@@ -26,6 +29,20 @@ def test_the_variance_of_a_bin_is_that_of_its_mean(every: int) -> None:
     sweep = binned_sweep(log)
     expected = float(np.sqrt(np.mean(sweep.slip_variance)))
     assert float(np.std(sweep.slip)) == pytest.approx(expected, rel=0.15)
+
+
+def test_a_speed_that_was_interpolated_in_the_file_counts_by_its_own_samples() -> None:
+    random, time = np.random.default_rng(9), np.arange(4_000) / 100.0
+    own = time[::5]
+    speed = np.interp(time, own, SPEED + NOISE * random.standard_normal(own.size))
+    rim = SPEED / 0.3 * (1.0 + 0.1 * np.sin(time))
+    force = 4e3 * (0.3 * rim / SPEED - 1.0)
+    channels = {"wheel_speed": rim, "vehicle_speed": speed, "force_x": force, "force_z": np.full(time.size, 4e3)}
+    radius = Parameters({"wheel_radius": Estimate.of("wheel_radius", 0.3, 0.0, (0.3, 0.3), "given")})
+    (log,) = slip_sweeps([Log("sweep.csv", time, channels)], TireSettings(), radius)
+    sweep = binned_sweep(log)
+    error = sweep.slip - sweep.samples.means(0.3 * rim / SPEED - 1.0)
+    assert float(np.std(error)) == pytest.approx(float(np.sqrt(np.mean(sweep.slip_variance))), rel=0.15)
 
 
 @pytest.mark.parametrize("acceleration", [0.0, 0.4])

@@ -5,9 +5,12 @@ The rows between contain no information: what looks like a hundred quiet samples
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from vdyn_cli.quantities.arrays import Array, Rows
+from vdyn_cli.quantities.log import Log
 
 # A bend is the absolute second difference of a channel.
 MOST_ROWS = 50_000  # rows evaluated
@@ -55,6 +58,14 @@ def sampled_rows(values: Array) -> Rows | None:
         if straight and most > LEAST_BEND_RATIO * float(others.mean(axis=0).max()):
             return np.arange((own + 1) % k, values.size, k, dtype=np.intp)
     return None
+
+
+def with_own_samples(log: Log, channel: str) -> Log:
+    """The log whose ``samples`` contain those of a channel, where it was interpolated linearly; else unchanged."""
+    own = None if channel in log.samples or channel not in log else sampled_rows(log[channel])
+    if own is None:
+        return log
+    return replace(log, samples={**log.samples, channel: (log.time[own], log[channel][own])})
 
 
 def _resolution(values: Array) -> float:

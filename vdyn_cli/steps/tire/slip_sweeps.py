@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vdyn_cli.io.clocks.interpolated_values import with_own_samples
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
@@ -37,7 +38,8 @@ def slip_sweeps(logs: Sequence[Log], settings: TireSettings, known: Parameters) 
     if any("slip" not in log and not ("wheel_speed" in log and "vehicle_speed" in log) for log in logs):
         remedy = "map 'wheel_speed' and 'vehicle_speed', or 'slip'"
         raise InputError(Finding("channels", "slip cannot be computed", remedy=remedy))
-    found = tuple(log if "slip" in log else _with_slip(log, settings, known) for log in logs)
+    sampled = [with_own_samples(log, "vehicle_speed") for log in logs]
+    found = tuple(log if "slip" in log else _with_slip(log, settings, known) for log in sampled)
     used = [
         np.isfinite(log["slip"]) & (log["force_z"] > settings.minimum_load.value) & np.isfinite(log["force_x"])
         for log in found
