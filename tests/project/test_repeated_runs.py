@@ -40,6 +40,15 @@ def test_a_copy_is_named_with_the_place_of_the_first() -> None:
     assert found.startswith("coast.yaml:3: again.csv has the same samples as run_1.csv (got first at coast.yaml:1)")
 
 
+@pytest.mark.parametrize("name", ["splits_{}.csv", "splits.csv"])
+def test_split_times_of_runs_at_the_same_speeds_are_no_copies(name: str) -> None:
+    speed = np.arange(120.0, 0.0, -5.0) / 3.6
+    chance = np.random.default_rng(5)
+    runs = [Log(name.format(k), np.cumsum(chance.normal(5.0, 0.2, 24)), {"speed": speed}) for k in range(6)]
+    assert said(*runs) == []
+    assert len(said(*runs, replace(runs[2], time=runs[2].time - 1.5))) == 1
+
+
 @pytest.mark.parametrize("start", [0.0, 30.0, 51.0])
 def test_a_part_of_a_log_is_a_copy(start: float) -> None:
     assert len(said(recording(1), recording(1).between(start, start + 40.0))) == 1

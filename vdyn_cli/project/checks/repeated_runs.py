@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.quantities.arrays import Mask
+from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 
@@ -15,6 +15,7 @@ Codes = NDArray[np.uint64]
 
 COMMON = 0.5  # share of the shorter run's samples found in another, from which both are one recording
 MOST_COMPARED = 1_000_000  # samples of all runs that are compared; sorting them takes about 0.2 s
+STEP = 0.02  # s, unit of the steps of time that are compared; split times of runs differ by some tenths of a second
 FEWEST_COMMON = 20  # common samples that differ from the previous one; fewer may agree by chance
 # Share of the samples from the first to the last common one that must be common. A copy has all of them in one of the
 # two runs, also if it was cut or thinned out. Coast-downs in whole km/h at whole seconds agree in 30 to 60 % here and
@@ -29,8 +30,9 @@ def repeated_runs(logs: Sequence[Log], places: Sequence[str]) -> Iterator[Findin
     """A finding for each run that contains samples of an earlier one.
 
     Two samples are the same if the time and all channels common to all logs are equal to the last bit. A copy with a
-    shifted clock is found if all its samples, in order, are those of another run, and in the same file by its sequences
-    of ``FEWEST_COMMON`` samples (runs of different files may be computed). Samples that repeat the previous one, as at
+    shifted clock is found if all its samples and steps of time, in order, are those of another run, and in the same
+    file by its sequences of ``FEWEST_COMMON`` samples (runs of different files may be computed). Tables of split times
+    have the same speeds in every run: their steps differ. Samples that repeat the previous one, as at
     rest, do not count. Independent recordings agree in single samples at most, because
     of noise; logs without noise, such as those of a simulation, agree if the runs are the same. The time is O(n log n)
     in the samples.
@@ -43,9 +45,10 @@ def repeated_runs(logs: Sequence[Log], places: Sequence[str]) -> Iterator[Findin
     if not names:
         return
     codes = [_codes(log, names) for log in logs]
-    firsts = _first_of_same_values(codes)
+    paced = [_mixed(code, _steps(log.time)) for log, code in zip(logs, codes, strict=True)]
+    firsts = _first_of_same_values(paced)
     shares = _common_codes([_mixed(code, log.time)[_moving(code)] for log, code in zip(logs, codes, strict=True)])
-    repeats = _common_codes([_sequences(code[_moving(code)]) for code in codes])
+    repeats = _common_codes([_sequences(one[_moving(code)][1:]) for code, one in zip(codes, paced, strict=True)])
     shares |= {k: one for k, one in repeats.items() if k not in shares and _file(logs[k]) == _file(logs[one[0]])}
     for k, log in enumerate(logs):
         if k not in firsts and k not in shares:
@@ -72,13 +75,19 @@ def _codes(log: Log, names: Sequence[str]) -> Codes:
     return code
 
 
+def _steps(time: Array) -> Array:
+    """The steps of a clock in units of ``STEP``; the first is zero. A shift changes a step by rounding errors only."""
+    # A sampling step in whole milliseconds is never at a boundary between two units.
+    return np.floor((np.diff(time, prepend=time[:1]) + 0.0037) / STEP)
+
+
 def _moving(code: Codes) -> Mask:
     """Whether each sample differs from the previous one."""
     return np.concatenate([[True], code[1:] != code[:-1]]) if code.size else np.zeros(0, dtype=bool)
 
 
 def _first_of_same_values(codes: Sequence[Codes]) -> dict[int, int]:
-    """The earlier run with the same samples in the same order, for each run that has one."""
+    """The earlier run with the same samples and steps in the same order, for each run that has one."""
     seen: dict[tuple[int, int, int], int] = {}
     found = {}
     for k, code in enumerate(codes):
