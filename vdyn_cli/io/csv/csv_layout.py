@@ -13,6 +13,7 @@ from vdyn_cli.io.clocks.written_times import is_instant, stated_start
 from vdyn_cli.io.csv.csv_cells import decimal_mark, is_written, may_be_thousands, tidy
 from vdyn_cli.io.csv.csv_table import (
     EXAMINED_ROWS,
+    MOST_SCORE,
     CsvRow,
     CsvTable,
     decoded,
@@ -95,7 +96,7 @@ def find_layout(head: bytes, encoding: str, wanted: Collection[str], options: Re
     if stated:  # blanks keep the line's number and length
         options = replace(options, delimiter=options.delimiter or stated[1])
         head = b" " * (stated.end() - 1) + head[stated.end() - 1 :]
-    for size, most in _HEADS:
+    for size, most in _HEADS if wanted else _HEADS[1:]:
         lines = head[:size].splitlines(keepends=True)
         if len(head) > size:
             lines = lines[:-1]
@@ -104,8 +105,7 @@ def find_layout(head: bytes, encoding: str, wanted: Collection[str], options: Re
         # Latin-1 gives one character per byte for any encoding; header cells are decoded separately.
         text = [line.decode("latin-1") for line in lines]
         choices = [(d, records) for d in _delimiters(options, text, name) for records in ways_to_quote(text, d)]
-        tables = (table_with_header(d, records, encoding, wanted, options) for d, records in choices)
-        table = max(filter(None, tables), key=lambda t: (t.hits, t.score), default=None)
+        table = _best_table(choices, encoding, wanted, options)
         if table is not None and (most > _HEADS[0][1] or not part or 0 < table.hits == len(set(wanted))):
             start = stated_start(text[: max(table.header_line - 1, 0)])
             return replace(_layout(table, [len(line) for line in lines], options, name), start=start)
@@ -120,6 +120,20 @@ def find_layout(head: bytes, encoding: str, wanted: Collection[str], options: Re
     if bare is not None:
         return _layout(bare, [len(line) for line in lines], options, name)
     raise _no_table(choices, encoding, options, name)
+
+
+def _best_table(
+    choices: Sequence[tuple[str, list[CsvRow]]], encoding: str, wanted: Sequence[str], options: ReadOptions
+) -> CsvTable | None:
+    """The table with most wanted columns, or else the highest score; the first that reaches the highest possible."""
+    best: CsvTable | None = None
+    for delimiter, records in choices:
+        table = table_with_header(delimiter, records, encoding, wanted, options)
+        if table and (best is None or (table.hits, table.score) > (best.hits, best.score)):
+            best = table
+            if (best.hits, best.score) == (len(set(wanted)), MOST_SCORE):
+                break
+    return best
 
 
 def _delimiters(options: ReadOptions, lines: Sequence[str], name: str) -> list[str]:

@@ -20,6 +20,7 @@ from vdyn_cli.quantities.errors import LONGEST_NAME, MOST_COMPARED
 _MOST_HEADS = 5  # rows of text above the numbers among which the header is searched
 _MOST_BLOCKS = 10  # of rows of numbers, such as lap times among settings, above which a header is searched
 _FEWEST_COUNTED = 3  # columns; a row "1, 2" may be a sample
+MOST_SCORE = 2.0  # largest score of a table: all rows as wide as the header, all cells numbers
 EXAMINED_ROWS = 200  # rows examined for the decimal mark
 _JUDGED = 30  # rows at the end of the head that show which columns hold numbers; a preamble is seldom that long
 _FEWEST_OF_ONE = 10  # rows of a file of one column, from which it may be a log
