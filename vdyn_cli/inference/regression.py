@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Protocol, runtime_checkable
@@ -147,6 +147,11 @@ class Regression:
         unknowns = tuple(u if u.per_run else replace(u, start=next(shared)) for u in self.unknowns)
         own = {u.name: x[len(self.shared) + i :: m] for i, u in enumerate(self.own)}
         return replace(self, unknowns=unknowns, run_starts=own)
+
+    def changed(self, change: Callable[[Unknown], Unknown], names: Container[str] | None = None) -> Regression:
+        """The regression with the unknowns of these ``names`` changed; with all of them where none are given."""
+        unknowns = (change(u) if names is None or u.name in names else u for u in self.unknowns)
+        return replace(self, unknowns=tuple(unknowns))
 
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds, each (s + g m): shared first, then run by run."""

@@ -71,6 +71,4 @@ def restricted(full: Regression, held: Mapping[str, float], starts: Solution | N
 
 def without_priors(regression: Regression, names: Iterable[str]) -> Regression:
     """The regression without the priors of the unknowns in ``names``."""
-    left = set(names)
-    unknowns = tuple(replace(u, prior=None) if u.name in left else u for u in regression.unknowns)
-    return replace(regression, unknowns=unknowns)
+    return regression.changed(lambda u: replace(u, prior=None), set(names))

@@ -18,10 +18,9 @@ import numpy as np
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.effect_unknowns import largest_plausible
 from vdyn_cli.diagnosis.strategies.full_model import FullModel
-from vdyn_cli.diagnosis.strategies.linearized_system import linearize
+from vdyn_cli.diagnosis.strategies.linearized_system import linearize, rows_of_run
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.inference.qr_factors import orthonormal, qr_factor
-from vdyn_cli.inference.regression import prior_rows
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.manoeuvre import Manoeuvre
@@ -109,17 +108,11 @@ class ExperimentDesigner:
         own = regression.own
         starts = {u.name: regression.run_starts.get(u.name, np.full(len(regression.runs), u.start)) for u in own}
         linear = linearize(regression, self.strategy.base.values, starts, self.strategy.secants(()))
-        s, m = len(regression.shared), len(own)
-        parts = []
-        for rows, at in zip(linear.rows, linear.own, strict=True):
-            known = prior_rows(own, at)[:, :m]
-            known = np.column_stack([known, np.zeros((len(known), s))])
-            own_first = np.column_stack([rows.jacobian[:, s:], rows.jacobian[:, :s]])
-            parts.append(_eliminated(np.vstack([own_first, known]), m))
-        whole = np.vstack(parts)
+        every = (np.vstack(rows_of_run(linear, k))[:, :-1] for k in range(len(regression.runs)))
+        whole = np.vstack([_eliminated(rows, len(own)) for rows in every])
         anew = np.array([u.name in one.anew for u in regression.shared])
         left = _eliminated(np.column_stack([whole[:, anew], whole[:, ~anew]]), int(anew.sum()))
-        rows_left = np.zeros((len(left), s))
+        rows_left = np.zeros((len(left), anew.size))
         rows_left[:, ~anew] = left
         return rows_left
 

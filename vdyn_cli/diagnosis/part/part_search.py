@@ -145,11 +145,11 @@ class PartSearch:
         """The regression with the priors of these parts' coefficients, without bounds, and the coefficients' names."""
         names = [n for p in parts for n in p.unknowns]
         priors = dict(zip(names, np.sqrt(variance).tolist(), strict=True))
-        unknowns = tuple(
-            replace(u, prior=(0.0, priors[u.name]), lower=-np.inf, upper=np.inf) if u.name in priors else u
-            for u in self.regression.unknowns
-        )
-        return replace(self.regression, unknowns=unknowns), names
+
+        def smooth(u: Unknown) -> Unknown:
+            return replace(u, prior=(0.0, priors[u.name]), lower=-np.inf, upper=np.inf)
+
+        return self.regression.changed(smooth, priors), names
 
     def with_effects(self, effects: Sequence[str], below: float = inf) -> FittedParts | None:
         """The fit with these effects of the catalog; None where it fails, or ends early since it stays not ``below``.
@@ -168,12 +168,12 @@ class PartSearch:
         values, free = begin.values, {*self.base, *freed}
         shapes = {n for e in self.strategy.model.setup.effects for n in e.nominal}
         held = {u.name: u.start if u.name in shapes else 0.0 for u in regression.shared if u.name not in free}
+
         # Held unknowns start at their held value, so that the simulation can omit them.
-        unknowns = tuple(
-            replace(u, start=held.get(u.name, float(np.clip(values.get(u.name, u.start), u.lower, u.upper))))
-            for u in regression.unknowns
-        )
-        begun = restricted(replace(regression, unknowns=unknowns), held, begin)
+        def started(u: Unknown) -> Unknown:
+            return replace(u, start=held.get(u.name, float(np.clip(values.get(u.name, u.start), u.lower, u.upper))))
+
+        begun = restricted(regression.changed(started), held, begin)
         try:
             return solve(begun, tolerance=LEAST_STEP, most_iterations=MOST_ITERATIONS, unconverged=True)
         except (ResultError, ArithmeticError):

@@ -24,8 +24,7 @@ class FindingSize:
     ----------
     plain : whether the output is in the unit of the main channel; else in standard deviations of the noise.
     change : rms change of the main output. every : of all channels together, in standard deviations of their noise.
-    points : the change in the run in which it is largest, at its start, at its largest and at its end: (run, share of
-        the run's samples, change).
+    points : the change in the run in which it is largest, at its start, at its largest and at its end: (run, change).
     before, after : rms error of the main output without and with the effects.
     shifts : change of each parameter of the baseline; stds : its standard deviation without the effects, or of its
         prior where the model keeps prior values.
@@ -36,7 +35,7 @@ class FindingSize:
     plain: bool
     change: float
     every: float
-    points: tuple[tuple[int, float, float], ...]
+    points: tuple[tuple[int, float], ...]
     before: float
     after: float
     shifts: Mapping[str, float]
@@ -204,12 +203,11 @@ def _rms(each: Sequence[Array], counts: Sequence[int]) -> float:
     return float(np.sqrt(sum(float(r @ r) for r in each) / max(sum(counts), 1)))
 
 
-def _points(changes: Sequence[Array]) -> tuple[tuple[int, float, float], ...]:
+def _points(changes: Sequence[Array]) -> tuple[tuple[int, float], ...]:
     """``points`` of the FindingSize, from the change (n,) of the output in each run."""
     sizes = [float(np.max(np.abs(c), initial=0.0)) for c in changes]
     run = int(np.argmax(sizes))
-    last = changes[run].size - 1
-    return tuple((run, k / max(last, 1), float(changes[run][k])) for k in places_of(changes[run])) if last >= 0 else ()
+    return tuple((run, float(changes[run][k])) for k in places_of(changes[run])) if changes[run].size else ()
 
 
 def places_of(change: Array) -> tuple[int, int, int]:

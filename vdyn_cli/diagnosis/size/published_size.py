@@ -37,7 +37,7 @@ def published_size(found: FindingSize | None, base: Result, last: Result | None,
     runs = base.fit.runs
     points = tuple(
         PointChange(run=runs[k] if k < len(runs) else str(k + 1), at=PLACES[i], change=change)
-        for i, (k, _, change) in enumerate(found.points)
+        for i, (k, change) in enumerate(found.points)
     )
     return Size(
         output=main_output(base) if found.plain else WHITENED,

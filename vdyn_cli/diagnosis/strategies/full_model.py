@@ -127,11 +127,8 @@ def with_open_range(model: FullModel) -> FullModel:
     """The model with amplitudes bounded by ``open_range`` times their plausible range if no possible range is given."""
     setup, factor = model.setup, POLICY.open_range / POLICY.range_factor
     bounded = {n for e in setup.effects for n in amplitudes_of(e) if n not in e.possible}
-    unknowns = tuple(
-        replace(u, lower=factor * u.lower, upper=factor * u.upper) if u.name in bounded else u
-        for u in model.regression.unknowns
-    )
-    return replace(model, regression=replace(model.regression, unknowns=unknowns))
+    wide = model.regression.changed(lambda u: replace(u, lower=factor * u.lower, upper=factor * u.upper), bounded)
+    return replace(model, regression=wide)
 
 
 def full_model(
@@ -160,5 +157,4 @@ def full_model(
     base = tuple(u.name for u in full.shared if u.name not in added)
     if tuple(u.name for u in full.shared[: len(base)]) != base:
         raise ValueError("a step's regression must put the baseline's unknowns before those of effects")
-    unknowns = tuple(replace(u, start=0.0) if u.name in amplitudes else u for u in full.unknowns)
-    return FullModel(setup, replace(full, unknowns=unknowns), base)
+    return FullModel(setup, full.changed(lambda u: replace(u, start=0.0), amplitudes), base)

@@ -245,7 +245,7 @@ def _whole_runs(linear: LinearizedRuns) -> Iterator[_UnitRows]:
     """Each part of a run, with its own unknowns eliminated."""
     m = len(linear.regression.own)
     for run, k in _parts(linear.regression):
-        matrix, priors = _run_rows(linear, k)
+        matrix, priors = rows_of_run(linear, k)
         yield _UnitRows(qr_factor(np.vstack([matrix, priors]))[m:, m:], run, linear.rows[k].count)
 
 
@@ -254,7 +254,7 @@ def _blocks(linear: LinearizedRuns) -> Iterator[_UnitRows]:
     regression = linear.regression
     s, m, runs = len(regression.shared), len(regression.own), len(regression.runs)
     for run, k in _parts(regression):
-        rows, (matrix, priors) = linear.rows[k], _run_rows(linear, k)
+        rows, (matrix, priors) = linear.rows[k], rows_of_run(linear, k)
         for i, block in enumerate(blocks_of(rows, matrix, blocks_within(rows, -(-BLOCKS // runs)))):
             count = len(block) if rows.block_counts is None else int(rows.block_counts[i])
             yield _UnitRows(_spread(qr_factor(matrix[block]), s, m, k, runs), run, count)
@@ -277,7 +277,7 @@ def _parts(regression: Regression) -> list[tuple[int, int]]:
     return sorted(each, key=lambda pair: pair[1])
 
 
-def _run_rows(linear: LinearizedRuns, k: int) -> tuple[Array, Array]:
+def rows_of_run(linear: LinearizedRuns, k: int) -> tuple[Array, Array]:
     """The rows (n, m + s + 1) of one part of a run, and of the priors of its own unknowns, over [own | shared | y]."""
     s, m, rows = len(linear.regression.shared), len(linear.regression.own), linear.rows[k]
     priors = prior_rows(linear.regression.own, linear.own[k])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.effect_unknowns import amplitudes_of, delay_starts, shapes_of, started_at
@@ -36,19 +37,13 @@ class RefitStrategy(NestedFits):
     def _starts(self, regression: Regression, effects: Sequence[str], shapes: bool) -> Iterator[Regression]:
         candidates = [self.model.setup.candidates[e] for e in effects if e in self.model.setup.candidates]
         for effect in candidates if not shapes else ():
+            first = amplitudes_of(effect)[0]
             for delay in delay_starts(effect):
-                start = {amplitudes_of(effect)[0]: delay}
-                yield replace(regression, unknowns=tuple(started_at(u, start) for u in regression.unknowns))
+                yield regression.changed(partial(started_at, values={first: delay}))
             for probe in spread_over(effect.probes, POLICY.most_probes):
                 # Bounded from below: a fit that returns to zero converges slowly, and the start at zero covers that.
                 floor = POLICY.probe_floor * min(effect.probes)
-                first = amplitudes_of(effect)[0]
-                yield replace(
-                    regression,
-                    unknowns=tuple(
-                        replace(u, start=probe, lower=floor) if u.name == first else u for u in regression.unknowns
-                    ),
-                )
+                yield regression.changed(partial(replace, start=probe, lower=floor), {first})
         for effect in candidates if shapes else ():
             # At zero amplitude the data do not determine a shape; with a wrong shape, the amplitude may have the wrong
             # sign.
@@ -59,7 +54,7 @@ class RefitStrategy(NestedFits):
                 quantity, nominal = effect.unknowns[shape], effect.nominal[shape]
                 for end in (quantity.lower, quantity.upper):
                     start = {shape: (nominal + end) / 2, first: some}
-                    yield replace(regression, unknowns=tuple(started_at(u, start) for u in regression.unknowns))
+                    yield regression.changed(partial(started_at, values=start))
 
 
 def spread_over(probes: Sequence[float], most: int) -> list[float]:

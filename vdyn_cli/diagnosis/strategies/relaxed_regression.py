@@ -33,8 +33,8 @@ def _with_baseline(
     """The regression with the unknowns of the baseline ``changed``."""
 
     def of(added: AddedEffects = NO_EFFECTS, start: Mapping[str, float] = NO_VALUES) -> Regression:
-        full, kept = regression(added, start=start), set(added.names)
-        return replace(full, unknowns=tuple(u if u.name in kept else changed(u) for u in full.unknowns))
+        full = regression(added, start=start)
+        return full.changed(changed, {u.name for u in full.unknowns} - set(added.names))
 
     return of
 

@@ -225,11 +225,7 @@ def _is_near(fit: FittedModel, about: Mapping[str, float]) -> bool:
 def _without_covered(regression: Regression, effects: Sequence[Effect]) -> Regression:
     """The regression with the nuisance parameters that the effects replace held at their prior means."""
     covered = {n for e in effects for n in e.covers}
-    unknowns = (
-        replace(u, prior=(u.prior[0], HELD * u.prior[1])) if u.prior and u.name in covered else u
-        for u in regression.unknowns
-    )
-    return replace(regression, unknowns=tuple(unknowns)) if covered else regression
+    return regression.changed(lambda u: replace(u, prior=(u.prior[0], HELD * u.prior[1])) if u.prior else u, covered)
 
 
 def _is_stuck(at: float | None, to: float, bounds: tuple[float, float]) -> bool:
@@ -240,5 +236,4 @@ def _is_stuck(at: float | None, to: float, bounds: tuple[float, float]) -> bool:
 def with_unbounded_scales(regression: Regression, setup: DiagnosisSetup) -> Regression:
     """A linearized regression with unbounded scales, since a linear fit may pass through impossible values of them."""
     free = {n for e in setup.effects for n in amplitudes_of(e) if is_scale(e, n)}
-    wide = (replace(u, lower=-np.inf, upper=np.inf) if u.name in free else u for u in regression.unknowns)
-    return replace(regression, unknowns=tuple(wide))
+    return regression.changed(lambda u: replace(u, lower=-np.inf, upper=np.inf), free)

@@ -225,7 +225,7 @@ def with_hill_prior(regression: Regression) -> Regression:
         u = replace(u, prior=(0.0, rows.noise.sizes[ROUGHNESS]), prior_degrees=degrees, prior_stated=False)
         return replace(u, prior_correlation=related[u.name])
 
-    return replace(regression, unknowns=tuple(with_prior(u) if u.name in related else u for u in regression.unknowns))
+    return regression.changed(with_prior, related)
 
 
 def scaled_to_residuals(regression: Regression) -> Regression:
@@ -280,5 +280,5 @@ def starting_at(regression: Regression, shared: Mapping[str, float], own: Mappin
     ----------
     shared, own : values of some shared unknowns, and (runs,) of the runs' own.
     """
-    unknowns = tuple(replace(u, start=shared.get(u.name, u.start)) for u in regression.unknowns)
-    return replace(regression, unknowns=unknowns, run_starts={**regression.run_starts, **own})
+    started = regression.changed(lambda u: replace(u, start=shared[u.name]), shared)
+    return replace(started, run_starts={**regression.run_starts, **own})

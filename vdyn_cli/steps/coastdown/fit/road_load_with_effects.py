@@ -99,7 +99,7 @@ def _near(regression: Regression, values: Mapping[str, float]) -> Regression:
         at = values.get(unknown.name, 0.0)
         return replace(unknown, prior=(at, NEAR * abs(at))) if unknown.prior is None and at else unknown
 
-    return replace(regression, unknowns=tuple(near(u) for u in regression.unknowns))
+    return regression.changed(near)
 
 
 def _resized(regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array]) -> Regression:
