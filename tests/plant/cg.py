@@ -114,7 +114,8 @@ def _readings(vehicle: Vehicle, run: Manoeuvre, effects: Mapping[str, float] | N
     loads = run.ride(vehicle, effects, q["clock_offset"]) if q["clock_offset"] else true
     front_share = np.where(loads.force > 0, 1.0, BRAKE_FRONT)
     gain = 1.0 + q["wheel_force_gain"]
-    front = (gain + q["wheel_force_gain_front"]) * (loads.front + q["load_crosstalk"] * front_share * loads.force)
+    crossed = (q["load_crosstalk"] + q["load_crosstalk_front"]) * front_share * loads.force
+    front = (gain + q["wheel_force_gain_front"]) * (loads.front + crossed)
     front = front - q["load_compression"] * np.maximum(front - vehicle.front_load, 0.0)
     rear = gain * (loads.rear + q["load_crosstalk"] * (1.0 - front_share) * loads.force)
     lever = vehicle.antenna_height - vehicle.cg_height

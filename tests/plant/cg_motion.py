@@ -27,7 +27,8 @@ aero_lift                             m^2 of lift area, half on each axle; ``aer
 unsprung_mass                         kg of each axle that bounces on the tires' spring instead of standing still
 own_axles                             share of the car's own axle masses that bounces likewise
 pitch_axis                            m below the center of the axis the body pitches about: the center moves as it does
-load_crosstalk                        share of each wheel's longitudinal force that its load cell feels
+load_crosstalk                        share of each wheel's longitudinal force that its load cell feels;
+                                      ``load_crosstalk_front``: at the front axle only
 load_compression                      share of the front load above that at rest that the load cells do not read
 pitch_rate_gain                       the gyro reads (1 + size) x
 ====================================  =================================================================================
@@ -49,7 +50,8 @@ STEP = 0.005  # s
 EFFECTS = (
     *("accelerometer_tilt", "accelerometer_offset", "wheel_force_gain", "wheel_force_gain_front", "clock_offset"),
     *("road_grade", "aero_lift", "aero_lift_front", "aero_lift_rear", "unsprung_mass", "pitch_axis", "load_crosstalk"),
-    *("load_compression", "pitch_rate_gain", "acceleration_delay", "accelerometer_gain", "own_axles"),
+    *("load_crosstalk_front", "load_compression", "pitch_rate_gain", "acceleration_delay", "accelerometer_gain"),
+    "own_axles",
 )
 
 

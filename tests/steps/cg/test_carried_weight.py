@@ -43,3 +43,15 @@ def test_a_gain_of_one_axle_is_no_crosstalk(effect: str, size: float) -> None:
     found, height = result.amplitudes["load_crosstalk"], result.parameters["cg_height"]
     assert abs(found.value - size * (effect == "load_crosstalk")) < 2.5 * found.std
     assert abs(height.value - vehicle.cg_height) < 2.5 * height.std
+
+
+@pytest.mark.slow
+def test_crosstalk_of_the_front_cells_is_not_at_the_rear() -> None:
+    vehicle = random_vehicle(2)
+    crossed = logs(vehicle, 2, effects={"load_crosstalk_front": 0.04})
+    result = prepare(SPEC, crossed, known(vehicle)).publish(added(*CROSSTALK))
+    share, balance = result.amplitudes["load_crosstalk"], result.amplitudes["load_crosstalk_balance"]
+    assert abs(share.value - 0.02) < 3 * share.std
+    assert abs(balance.value - 1.0) < 3 * balance.std
+    for name, truth in plant.truth(vehicle).items():
+        assert abs(result.parameters[name].value - truth) < 3.5 * result.parameters[name].std, name

@@ -107,7 +107,8 @@ class LoadFit:
         priors = {} if held is None else {"pitch_inertia": (held, EXACT * held)}
         std = self.load_zero * 2**0.5  # two wheels an axle
         zeros = [f"{n}_zero" for n in self.runs[0].loads] if std > 0 else []
-        gain = [Unknown(EXCESS_GAIN, 0.0, prior=(0.0, CG_POLICY.axle_gain), nuisance=True)]
+        excess = (0.0, CG_POLICY.axle_gain)
+        gain = [Unknown(EXCESS_GAIN, 0.0, prior=excess, nuisance=True, physical=_plausible(excess))]
         spins = self.known["spin"] > 0
         usual = {n: p for n, p in self.nuisances.items() if spins or n not in SLIP}
         return (
