@@ -19,6 +19,7 @@ from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 WIDTH = 0.7  # m/s of a class of speed, which a coast at 0.1 m/s^2 passes in 7 s
 LOW, HIGH = 6, 24  # classes: below 15 km/h, and from there to 60 km/h, which give the deceleration without a drive
 FEWEST_IN_CLASS = 5  # samples of a run in a class
+LEAST_SPAN = 0.2  # m/s between the points of a run in a class; a speed in whole km/h has steps of 0.28 m/s
 RETURNED = 0.9  # of the expected deceleration, from which on a class is no longer pushed
 
 
@@ -48,13 +49,21 @@ def without_creep(segments: Sequence[CoastSegment]) -> KeptAndRejected:
 
 
 def _decelerations(segment: CoastSegment) -> Array:
-    """Deceleration, (LOW + HIGH,) m/s^2, of a run in each class of speed without the known accelerations; NaN: none."""
-    time, speed = segment.log.time, np.minimum.accumulate(segment.log["speed"])
+    """Deceleration, (LOW + HIGH,) m/s^2, of a run in each class of speed without the known accelerations; NaN: none.
+
+    The slope of a line through the points halfway between successive samples that differ. Of a speed in steps of the
+    class's width over n, a line through all samples has the slope times 1 - 1/n^2.
+    """
+    time, speed = segment.log.time, segment.log["speed"]
+    lowest = np.minimum.accumulate(speed)
+    change = np.flatnonzero(np.diff(speed)) + 1
+    at, halfway = 0.5 * (time[change - 1] + time[change]), 0.5 * (speed[change - 1] + speed[change])
     found = np.full(LOW + HIGH, np.nan)
     for k in range(found.size):
-        inside = (speed >= k * WIDTH) & (speed < (k + 1) * WIDTH)
-        if inside.sum() >= FEWEST_IN_CLASS:
-            rate = np.polyfit(time[inside], segment.log["speed"][inside], 1)[0]
+        inside = (lowest >= k * WIDTH) & (lowest < (k + 1) * WIDTH)
+        crossed = inside[change]
+        if inside.sum() >= FEWEST_IN_CLASS and crossed.any() and np.ptp(halfway[crossed]) > LEAST_SPAN:
+            rate = np.polyfit(at[crossed], halfway[crossed], 1)[0]
             found[k] = float(np.mean(segment.pushed[inside])) - float(rate)
     return found
 
