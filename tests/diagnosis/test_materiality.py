@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from tests.diagnosis.line_step import estimate
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.name.candidate_judgment import _is_significant, judge
+from vdyn_cli.diagnosis.name.candidate_judgment import _is_significant, _with_idle_remainder, judge
 from vdyn_cli.diagnosis.name.candidate_models import candidate_model
 from vdyn_cli.diagnosis.size.finding_size import Limits, explained_share, finding_size
 from vdyn_cli.diagnosis.size.materiality import limits_of
@@ -37,6 +39,30 @@ def test_an_amplitude_that_chance_explains_has_no_size():
     strategy = open_strategy(SMALL.setup(*CATALOG))
     counted = {e: _is_significant(strategy, strategy.base, candidate_model(strategy, (e,))) for e in ("slope", "step")}
     assert counted == {"slope": True, "step": False}
+
+
+@pytest.mark.parametrize(
+    ("hidden", "noise", "named"),
+    [
+        ({"bump": 0.14}, 1.0, True),
+        ({"bump": 0.14}, 0.05, False),
+        ({"bump": 0.4}, 1.0, False),
+        ({"step": 0.1}, 1.0, False),
+    ],
+)
+def test_an_effect_is_named_if_no_profile_of_what_it_leaves_matters(
+    hidden: dict[str, float], noise: float, named: bool
+) -> None:
+    """Not if it matters at a lower noise floor, if it is certain, or if a candidate is strongest in it."""
+    effects, profiles = (cause("slope"), cause("step")), (cause("hat"),)
+    campaign = replace(SMALL, rows=1000, hidden={"slope": 0.5, **{k: 1.4 * v for k, v in hidden.items()}})
+    real = open_strategy(campaign.setup(*effects, profiles=profiles))
+    strategy: Any = SimpleNamespace(model=real.model, base=real.base, fitted=real.fitted, prior_values={"level": 3.0})
+    tried = candidate_model(real, ("slope",))
+    assert tried is not None
+    assert tried.residual_p < 0.02
+    answers = _with_idle_remainder(strategy, [tried], Limits(output=0.1 * noise, noise=noise))
+    assert [(a.effects, a.residual_immaterial) for a in answers] == ([(("slope",), True)] if named else [])
 
 
 def test_without_limits_everything_significant_matters():
