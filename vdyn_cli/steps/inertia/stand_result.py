@@ -104,7 +104,9 @@ def _sentence(estimates: dict[str, Estimate], settings: InertiaSettings, balance
     change = two_digits(0.01 * (estimates["wheel_inertia"].value + settings.stand_inertia.value))
     gains = (
         "A stand measures only the ratio of torque to angular acceleration: 1 % of the torque's gain (torque constant, "
-        f"gear ratio) or of the wheel speed's gain (pulses per turn) changes it by {change} {UNIT}."
+        f"gear ratio) or of the wheel speed's gain (pulses per turn) changes it by {change} {UNIT}, and no run on the "
+        "stand shows that error. A pendulum shows it, or a repetition with a body of known inertia on the wheel: both "
+        "results must differ by that inertia."
     )
     if dry := shown.get("bearing_torque"):
         drag = f"The bearing drag is {dry} at standstill plus {viscous} times the speed.{_zero_in_drag(balance)}"

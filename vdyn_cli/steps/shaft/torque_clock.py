@@ -2,7 +2,8 @@
 
 To first order a delay d is a damping that is too small by k d: k phi(t - d) = k phi - k d phi'. Logs of tip-ins hardly
 contain the second order, so that only the sum c - k d is determined: the delay within the damping times c / k of
-half-shafts, and the stiffness. A delay is sought where the fit without one leaves a residual above the noise, or a
+half-shafts, and the stiffness. Of the delays within these times the best-fitting one is taken, since an accurate torque
+shows the second order. A delay is sought where the fit without one leaves a residual above the noise, or a
 negative damping. It is accepted where it leaves a smaller residual, within the noise, and a physical damping. The logs
 are then evaluated with the torque shifted, as with a stated delay, and the uncertainty of the damping time is that of
 the delay.
@@ -30,6 +31,7 @@ Readings = Mapping[SideName, tuple[ShaftReadings, ...]]
 LONGEST, STEP = 0.2, 2e-3  # s: the longest delay tried (telemetry: a few hundredths), and the distance of trials
 # s, c / k of half-shafts: 1 to 10 ms of steel (MOST_DAMPING), and the standard deviation of a delay for want of it.
 DAMPING_TIME, UNKNOWN = 5e-3, 3e-3
+WITHIN = np.array([0.0, -0.5, 0.5, -1.0, 1.0])  # of UNKNOWN, from the delay with DAMPING_TIME, that are fitted exactly
 FEWEST_INNER = 10  # samples of a run that are compared with trials
 
 
@@ -83,9 +85,14 @@ def torque_delay(read: Callable[[float], Readings], stated: Given) -> tuple[Give
     about = _tried(read, near)
     if about is None:
         return stated, ()
-    found = Given(near + DAMPING_TIME - about.damping_time, UNKNOWN)
-    after = _tried(read, found.value)
-    if after is None or not after.physical or after.excess > SHAFT_POLICY.shaft_excess:
+    likely = near + DAMPING_TIME - about.damping_time
+    tried = {delay: _tried(read, delay) for delay in likely + UNKNOWN * WITHIN}
+    fits = {delay: one for delay, one in tried.items() if one is not None and one.physical}
+    if not fits:
+        return stated, ()
+    found = Given(float(min(fits, key=lambda delay: fits[delay].excess)), UNKNOWN)
+    after = fits[found.value]
+    if after.excess > SHAFT_POLICY.shaft_excess:
         return stated, ()
     if abs(found.value - stated.value) < SHAFT_POLICY.delay_std * found.std:
         return stated, ()
