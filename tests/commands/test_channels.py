@@ -92,6 +92,15 @@ def test_the_log_of_another_logger_has_its_own_table(tmp_path: Path) -> None:
     assert "    against gps_1.csv: the same columns" in text
 
 
+def test_a_log_is_compared_with_the_most_similar_one_before_it(tmp_path: Path) -> None:
+    for name, header in (("a", "t,v,p,q"), ("b", "t,v,p,q,r,s"), ("c", "t,v,p,q,r,s")):
+        rows = np.column_stack([TIME, *(SPEED + k for k in range(header.count(",")))])
+        np.savetxt(tmp_path / f"{name}.csv", rows, delimiter=",", header=header, comments="")
+    text = shown(*(tmp_path / f"{name}.csv" for name in "abc"))
+    assert "against a.csv: adds 'r', 's'" in text
+    assert "against b.csv: the same columns and units" in text
+
+
 def test_one_log_that_cannot_be_read_hides_no_other(tmp_path: Path) -> None:
     paths = [tmp_path / f"run_{k}.csv" for k in range(3)]
     for path in paths:

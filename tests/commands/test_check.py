@@ -65,6 +65,34 @@ def frozen(first: float, last: float) -> Callable[[int, Column, Column], Column]
     return change
 
 
+def test_a_car_that_stands_in_a_log_of_load_transfer_is_to_accelerate(tmp_path: Path) -> None:
+    generator = np.random.default_rng(2)
+    for name, push in (("drive", 3.0), ("parked", 0.0)):
+        time = np.arange(1000) / 50.0
+        a = push * np.sin(time) + 0.05 * generator.standard_normal(time.size)
+        rate = 0.01 * push * np.cos(time) + 0.001 * generator.standard_normal(time.size)
+        rows = np.column_stack([time, a, 8000 - 300 * a, 7000 + 300 * a, rate])
+        np.savetxt(tmp_path / f"{name}.csv", rows, delimiter=",", header="t,a,f,r,q", comments="")
+    path = tmp_path / "cg.yaml"
+    path.write_text(
+        "test: cg\nvehicle: {mass: 1530 kg, wheelbase: 2.7 m}\nsettings: {accelerometer: gps}\nchannels:\n"
+        "  time: {column: t, unit: s}\n  acceleration: {column: a, unit: m/s^2}\n  front_load: {column: f, unit: N}\n"
+        "  rear_load: {column: r, unit: N}\n  pitch_rate: {column: q, unit: rad/s}\n"
+        "runs: [{log: drive.csv}, {log: parked.csv}]\n"
+    )
+    document = checked(path, tmp_path / "out", 1)
+    assert [r["verdict"] for r in document["runs"]] == ["keep", "repeat"]
+    assert "accelerate and brake with 3 m/s^2" in document["runs"][1]["why"][0]
+
+
+@pytest.mark.slow
+def test_a_doubtful_vehicle_is_not_good(tmp_path: Path) -> None:
+    path = campaign(tmp_path, lambda k, t, v: v)
+    path.write_text(path.read_text().replace("rotating_mass: 50", "rotating_mass: 500"))
+    document = checked(path, tmp_path / "out", 1)
+    assert document["sentence"].startswith("Doubtful: rotating_mass is 33 % of mass")
+
+
 @pytest.mark.slow
 def test_a_lost_signal_does_not_shorten_the_run_and_is_reported_in_the_log_s_unit(tmp_path: Path) -> None:
     def lost(run: int, time: Column, speed: Column) -> Column:
@@ -244,6 +272,7 @@ def test_a_run_that_decelerates_more_than_the_others_is_to_be_repeated(tmp_path:
     (repeat,) = (r for r in document["runs"] if r["verdict"] == "repeat")
     assert repeat["run"] == "coast_3.csv"
     assert "gear, traffic or a gust, or its direction is wrong" in str(repeat)
+    assert not any("alternate" in sentence for sentence in document["coasts"]["sentences"])
 
 
 @pytest.mark.slow

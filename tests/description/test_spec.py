@@ -42,10 +42,14 @@ def test_quantities_are_si_and_the_vehicle_may_stand_in_its_own_file(tmp_path: P
         ("vehicle: {temperature: 20 degC}", "move it to 'environment'"),
         ("environment: {direction: out}", "move it to every run"),
         ("diagnose: {title: today}", "move it to the top level"),
+        ("vehicle: {mass: 1 t}\nenvironment: {mass: 3}", "remove it: 'vehicle' has it already, at test.yaml:5"),
+        ("runs2: []", "'runs' is stated at test.yaml:3: move the entries there"),
+        ("runs: [{log: a.csv, speed: x}]", "speed is a channel: write it in braces, as in 'units: {speed: km/h}'"),
     ],
 )
 def test_a_key_in_the_wrong_place_is_sent_to_its_own(tmp_path: Path, line: str, remedy: str) -> None:
-    text = "test: coastdown\nchannels: {time: {column: T, unit: s}}\nruns:\n  - {log: a.csv}\n"
+    text = "test: coastdown\nchannels: {time: {column: T, unit: s}}\n"
+    text += "" if line.startswith("runs:") else "runs:\n  - {log: a.csv}\n"
     with pytest.raises(InputError, match=f"unknown key .*\n.*{remedy}"):
         load(tmp_path, f"{text}{line}\n")
 
@@ -111,6 +115,8 @@ runs:
             "test: coastdown\nchannels: {speed: {column: v, unit: 3.6}}\n",
             "must be a text .*\n    -> write the name of the",
         ),
+        ("test: coastdown\nruns: [{log: a.csv, units: km/h}]\n", "in braces, such as 'units: {speed: km/h}'"),
+        ("test: coastdown\nvehicle: {frontal_area: 2.19 +- 30 m^2}\n", "larger than the value"),
         ("test: coastdown\nruns: [{log: a.csv, direction: [out]}]\n", "must be 'out' or 'back'"),
         ("test: coastdown\ndiagnose: {effects: []}\n", "test.yaml:2: .*Write all, none, or a list"),
         ("test: coastdown\ndiagnose: {extend: []}\n", "Write never, named, learned, or a list"),

@@ -71,7 +71,8 @@ def test_the_encoding_of_a_header_is_known_by_its_words(tmp_path: Path, encoding
 
 def test_times_of_another_language_are_refused_with_the_forms_that_are_read(tmp_path: Path) -> None:
     path = tmp_path / "months.csv"
-    path.write_text(DATED.replace("-May-", "-touko-"), encoding="utf-8")
+    text = DATED.replace("-May-", "-touko-")
+    path.write_text("\n".join(f"{'x' if k else 'Represented Make'},{row}" for k, row in enumerate(text.splitlines())))
     what, remedy = without_clock(survey(path))
     assert what == "no column increases like a clock"
     assert remedy.startswith("if the text of 'Device Time' is the time, export it as seconds, or times such as")

@@ -166,7 +166,7 @@ def test_files_that_are_no_logs_are_named_as_in_the_description(tmp_path: Path) 
     (tmp_path / "day" / "a.csv").write_text("time,speed\n0,1\n1,1\n")
     (tmp_path / "empty.csv").touch()
     text = problems(tmp_path, runs=[{"log": "day"}, {"log": "empty.csv"}])
-    assert "day: is a folder, not a log\n    -> name the logs in it, such as day/a.csv" in text
+    assert "test.yaml:13: the log day is a folder, not a log\n    -> name the logs in it, such as day/a.csv" in text
     assert "\nempty.csv: the file is empty" in text
 
 

@@ -70,7 +70,7 @@ def explanation(topic: str) -> str:
     effects = {e.name: e for e in catalog()}
     quantities = CHANNELS | PARAMETERS
     raise_refused(topic)
-    texts = {name: f"{e.label} {e.law.__doc__} {e.confirm}" for name, e in effects.items()}
+    texts = {name: f"{e.label} {e.signature} {e.confirm}" for name, e in effects.items()}
     texts |= {name: f"{q.meaning} {texts.get(name, '')}" for name, q in quantities.items()}
     closest_topic(topic, (*steps.names(), *effects, *quantities, *PAGES), "step, effect or parameter", texts)
     found = [_step(topic)] if topic in steps.names() else []

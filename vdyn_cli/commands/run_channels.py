@@ -27,7 +27,7 @@ _SAME_TIME = 0.25  # s, largest difference of start and end of constant segments
 
 
 def channels_table(*paths: Path) -> tuple[str, tuple[Finding, ...]]:
-    """The channels of the first log, one line each, remarks on them, and the differences of further logs.
+    """The channels of the first log, one line each, remarks, and how further logs differ from the most similar one.
 
     A log with other channels, such as that of another logger, has a table of its own.
 
@@ -43,15 +43,19 @@ def channels_table(*paths: Path) -> tuple[str, tuple[Finding, ...]]:
         except InputError as error:
             problems += [f.renamed(path.name or name, name) for f in error.findings]
     text = _table(*found[0]) if found else ""
-    shown = found[:1]
-    for other, facts in found[1:]:
-        like, share = max(((one, _shared(one[1], facts)) for one in shown), key=lambda pair: pair[1])
+    for k, (other, facts) in enumerate(found[1:], 1):
+        like, share, _ = max(
+            ((one, _shared(one[1], facts), _shared(facts, one[1])) for one in found[:k]), key=_by_share
+        )
         if share < _ALIKE:
             text += "\n\n" + _table(other, facts)
-            shown.append((other, facts))
         else:
             text += "\n" + "\n".join([*_summary(other, facts), *_differences(*like, facts)])
     return text, tuple(problems)
+
+
+def _by_share(pair: tuple[object, float, float]) -> tuple[float, float]:
+    return pair[1:]
 
 
 def _shared(facts: Sequence[ChannelFacts], found: Sequence[ChannelFacts]) -> float:

@@ -53,6 +53,13 @@ class Si:
             span = f"{self.lower:g} to {self.upper:g} {self.unit}".strip()
             what = "is outside the physical range ({span}){form}"
             raise PydanticCustomError("range", what, {"span": span, "form": self._meant(value)})
+        if self.lower > 0.0 and given.std > given.value:
+            unit = f" {self.unit}" if self.unit else ""
+            what = (
+                "has a standard deviation larger than the value, which is positive: write both in one unit, or the "
+                "standard deviation in percent, such as '{example}'"
+            )
+            raise PydanticCustomError("range", what, {"example": f"{given.value:g}{unit} +- 1 %"})
         return given
 
     def _meant(self, value: Any) -> str:

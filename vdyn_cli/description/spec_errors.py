@@ -9,10 +9,11 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
-from vdyn_cli.description.description_model import ALL_LOGS, EACH_LOG, KNOWN, LOGGED
+from vdyn_cli.description.description_model import ALL_LOGS, EACH_LOG, KNOWN, LOGGED, OWN
 from vdyn_cli.description.yaml_source import Location, YamlSource
-from vdyn_cli.quantities.errors import Finding, did_you_mean
+from vdyn_cli.quantities.errors import Finding, close_names, did_you_mean
 from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.quantities.vocabulary import CHANNELS
 
 RUN: Location = ("runs", 0)
 HOMES: tuple[Location, ...] = (("vehicle",), ("environment",), ("settings",), RUN, ("diagnose",), ())
@@ -32,13 +33,15 @@ def explained(detail: ErrorDetails, source: YamlSource, model: type[BaseModel]) 
     got = repr(detail["input"])
     got = got if len(got) <= 60 else got[:57] + "..."
     if kind == "extra_forbidden":
-        return Finding(where, f"unknown key '{location[-1]}'", remedy=_remedy_of_unknown(location, model))
+        return Finding(where, f"unknown key '{location[-1]}'", remedy=_remedy_of_unknown(location, source, model))
     if kind == "missing":
         return Finding(where, f"'{key}' is missing", remedy=f"add the key '{location[-1]}'")
     if kind in ("model_type", "dict_type"):
         remedy = "write it with its keys, or remove it"
         if isinstance(detail["input"], str) and location[:-1] == ("runs",):
             remedy = f"write '{{log: {detail['input'][:60]}}}'"
+        elif isinstance(detail["input"], str) and location[-1] in OWN:
+            remedy = f"write the channel with it in braces, such as '{location[-1]}: {{speed: {detail['input'][:60]}}}'"
         return Finding(where, f"'{key}' must be a mapping of keys to values", got, remedy)
     if kind == "list_type":
         remedy = "write each entry on a line of its own that begins with '- ', or all in brackets, such as [a, b]"
@@ -67,11 +70,20 @@ def explained(detail: ErrorDetails, source: YamlSource, model: type[BaseModel]) 
     return Finding(where, what, got, remedy)
 
 
-def _remedy_of_unknown(location: Location, model: type[BaseModel]) -> str:
-    """The part of the description that has such a key, or else similar keys at its place."""
+def _remedy_of_unknown(location: Location, source: YamlSource, model: type[BaseModel]) -> str:
+    """The part of the description that has such a key, or else similar keys at its place; where it is stated there."""
     name, top = str(location[-1]), fields_at(model, ())
+    if name in CHANNELS and location[:1] == RUN[:1]:
+        return f"{name} is a channel: write it in braces, as in 'units: {{{name}: km/h}}' or 'columns: {{{name}: v}}'"
     homes = [home for home in HOMES if (not home or home[0] in top) and name in fields_at(model, home)]
-    return f"move it to {_place(homes[0])}" if homes else _closest(name, fields_at(model, location[:-1]))
+    if not homes:
+        here = fields_at(model, location[:-1])
+        stated = [k for k in close_names(name, here) if (*location[:-1], k) in source.lines]
+        already = [f"'{k}' is stated at {source.where((*location[:-1], k))}: move the entries there" for k in stated]
+        return already[0] if already else _closest(name, here)
+    if (*homes[0], name) in source.lines:
+        return f"remove it: {_place(homes[0])} has it already, at {source.where((*homes[0], name))}"
+    return f"move it to {_place(homes[0])}"
 
 
 def location_of(detail: ErrorDetails) -> Location:

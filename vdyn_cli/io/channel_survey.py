@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -25,6 +26,9 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import UnitError, from_si
 
+_OF_TIME = re.compile(
+    "time|date|zeit|datum|uhr|stamp|temps|heure|hora|tiempo|tempo|utc|clock|时|時|시간|время", re.IGNORECASE
+)
 State = Literal["clock", "varies", "constant", "empty", "text"]
 
 _SWITCH = 16  # distinct values; a channel with no more is a switch or a gear, which may be constant for any time
@@ -188,7 +192,7 @@ def without_clock(facts: Sequence[ChannelFacts]) -> tuple[str, str]:
     """Why none of a file's columns is a clock, and the remedy."""
     named = next((f for f in facts if f.state in ("varies", "constant") and is_clock(f.info.name)), None)
     if named is None:
-        texts = ", ".join(f"'{f.column}'" for f in facts if f.state == "text")
+        texts = ", ".join(f"'{f.column}'" for f in facts if f.state == "text" and _OF_TIME.search(f.column))
         remedy = f"if the text of {texts} is the time, export it as {FORMS}" if texts else "export it with its time"
         if other := remedy_of_increasing(facts):
             remedy = f"{other}; {remedy}"

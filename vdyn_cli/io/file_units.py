@@ -207,7 +207,10 @@ def unit_problem(column: Column, name: str) -> Finding | None:
     try:
         to_si(1.0, column.unit, column.si_unit)
     except UnitError as error:
-        remedy = remedy_for_unit(column.unit, column.si_unit) or f"write the unit in which '{column.column}' is logged"
+        remedy = remedy_for_unit(column.unit, column.si_unit) or (
+            f"write the unit in which '{column.column}' is logged; where the values are multiples of a unit, "
+            f"write the factor before it, such as '0.1 {column.si_unit}'"
+        )
         return Finding(column.where or name, str(error), "", remedy)
     return None
 

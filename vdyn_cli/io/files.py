@@ -135,10 +135,14 @@ def digest_of(content: str | bytes) -> str:
     return hashlib.sha256(content.encode("utf-8") if isinstance(content, str) else content).hexdigest()
 
 
-def folder_error(path: Path) -> InputError:
-    """The error for a folder given as a log; the remedy names one of the most frequent kind of files in it."""
+def folder_error(path: Path, name: str = "") -> InputError:
+    """The error for a folder given as a log; the remedy names one of the most frequent kind of files in it.
+
+    ``name``: of the folder in messages, if not its path.
+    """
+    name = name or str(path)
     logs = sorted(p for p in path.iterdir() if p.is_file() and p.suffix not in {*_NO_LOGS, ""})
     kinds = Counter(p.suffix for p in logs)
     usual = max(logs, key=lambda p: kinds[p.suffix], default=None)
-    remedy = f"name the logs in it, such as {path}/{usual.name}" if usual else "name a file in it"
-    return InputError(Finding(str(path), "is a folder, not a log", remedy=remedy))
+    remedy = f"name the logs in it, such as {name}/{usual.name}" if usual else "name a file in it"
+    return InputError(Finding(name, "is a folder, not a log", remedy=remedy))

@@ -132,7 +132,9 @@ class CheckDocument(Entry):
     format: Literal["vdyn/check/1"] = Field("vdyn/check/1", description="name and version of this format")
     step: str = Field(description="the step that the description is for")
     title: str = Field(description="title of the description")
-    good: bool = Field(description="whether no run must be repeated and the description needs no correction")
+    good: bool = Field(
+        description="whether no run must be repeated and nothing in the description is wrong or doubtful"
+    )
     sentence: str = Field(description="the answer in one sentence")
     runs: list[CheckedRun] = Field(description="in the order of the description")
     flags: list[CheckFlag] = Field(description="faulty and suspect segments")

@@ -139,7 +139,7 @@ def _evidence(source: Diagnosis) -> str:
         return ""
     kind = "block" if evidence.unit == "block" else "run"
     text = f"The test uses {typography.count(evidence.units - evidence.stated, kind)}"
-    text += f" and {typography.count(evidence.stated, 'stated value')}" if evidence.stated else ""
+    text += f" and {typography.count(evidence.stated, 'prior')}" if evidence.stated else ""
     if math.isfinite(evidence.worth):
         text += f" as independent units (effective number {typography.fixed(evidence.worth, 0)})"
     if source.p_value is not None:

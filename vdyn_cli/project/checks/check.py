@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -77,7 +77,8 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
         raise InputError(Finding(str(path), what, remedy=remedy))
     lacking = tuple(replace(f, doubt=True) for run in inputs.left_out for f in run.problems)
     try:
-        found, refused = track_check(inputs), _refused(inputs)
+        found = track_check(inputs)
+        refused = _refused(inputs, found.rejected)
     except InputError as error:
         raise type(error)(*lacking, *error.findings) from None
     contradicted = (*found.contradicted, *contradicted_conditions(inputs.spec, inputs.source))
@@ -94,7 +95,7 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
         format="vdyn/check/1",
         step=inputs.step.name,
         title=inputs.spec.title,
-        good=all(r.verdict == "keep" for r in runs),
+        good=all(r.verdict == "keep" for r in runs) and not vehicle,
         sentence=_correct_first(inputs, wrong, runs) if wrong else _sentence(runs, coasts, vehicle),
         runs=runs,
         flags=[flag for one in inputs.unsplit for flag in _flags(one)],
@@ -183,9 +184,12 @@ def _of_runs(runs: Sequence[CheckedRun]) -> str:
     return f"All {number} are good." if len(runs) > 1 else "The run is good."
 
 
-def _refused(inputs: Inputs) -> VdynError:
-    """The step's errors in its runs before any estimate, such as the sign of a channel; without findings if none."""
-    logs = tuple(one.log.name for one in inputs.unsplit)
+def _refused(inputs: Inputs, rejected: Collection[int]) -> VdynError:
+    """The step's errors in its runs before any estimate, such as the sign of a channel; without findings if none.
+
+    ``rejected``: indices of runs to be repeated, whose errors follow from that.
+    """
+    logs = tuple(one.log.name for k, one in enumerate(inputs.unsplit) if k not in rejected)
     try:
         with errors_of_step(inputs.step, inputs.source, inputs.logs):
             inputs.step.prepare(inputs.spec, inputs.data, inputs.known)

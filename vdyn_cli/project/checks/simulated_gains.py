@@ -53,7 +53,7 @@ def simulated_gain_findings(comparisons: Sequence[Comparison]) -> Iterator[Findi
                 yield Finding(run, what, "", remedy, fault=True, doubt=True)
             else:
                 what = f"{share} gradually, about {change.at:.1f} s: the gain of a sensor, or the part itself, changed"
-                yield Finding(run, what, "", "repeat the run; a second one shows whether it is the sensor", doubt=True)
+                yield Finding(run, what, "", "another run shows whether it is the sensor", doubt=True)
 
 
 def _likely(one: Comparison, alone: bool) -> tuple[GainChange | None, ChangeKind]:

@@ -16,7 +16,7 @@ from vdyn_cli.io.clocks.align import AlignOn, merge
 from vdyn_cli.io.clocks.held_values import with_held_interpolated
 from vdyn_cli.io.clocks.sample_times import impossible_clock
 from vdyn_cli.io.file_units import wrong_units
-from vdyn_cli.io.files import remedy_for_missing_file
+from vdyn_cli.io.files import folder_error, remedy_for_missing_file
 from vdyn_cli.io.fingerprinted_reading import read_unchanged
 from vdyn_cli.io.formats.log_formats import read_log
 from vdyn_cli.io.quality.channel_quality import WHOLE, Window
@@ -74,6 +74,9 @@ def read_run(
         file = source.path.parent / name
         if not os.path.exists(file):  # Path.exists raises for a folder without permission
             problems.append(Finding(place, f"the log {name} does not exist", "", remedy_for_missing_file(file)))
+        elif os.path.isdir(file):
+            (folder,) = folder_error(file, name).findings
+            problems.append(replace(folder, where=place, what=f"the log {name} {folder.what}"))
         elif "time" in found.columns:  # else it is reported with the channels
             window = _window(run) if len(names) == 1 else WHOLE  # of the first logger's clock
             options = ReadOptions(**logger.reading.model_dump(), window=window, recording=nth)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -12,12 +13,14 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.cg.known_vehicle import KnownVehicle
 from vdyn_cli.steps.cg.load_windows import exceeds_walk, integrated_pitch, pitch_angle
 from vdyn_cli.steps.cg.policy import CG_POLICY
 from vdyn_cli.steps.cg.spec import CgSpec
 from vdyn_cli.steps.failure import no_runs
 from vdyn_cli.steps.sign_conventions import cosine, negative_loads, wrong_sign
+from vdyn_cli.steps.step_definition import TrackCheck
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 SHORTEST_RUN = 2.0  # s: a run must contain a squat and a dive of half a second each, with their onset and decay
@@ -42,24 +45,44 @@ def ready_runs(spec: CgSpec, logs: Sequence[Log]) -> tuple[Log, ...]:
             remedy = "map 'pitch_rate' (or 'pitch')"
             findings.append(Finding("channels", "the body's pitch is not logged", remedy=remedy))
             continue
-        turned = log if "pitch_rate" in log else log.with_channels(pitch_rate=np.gradient(log["pitch"], log.time))
-        if spec.settings.accelerometer == "body":
-            turned = turned.with_channels(acceleration=turned["acceleration"] - GRAVITY * pitch_angle(turned))
+        turned = _ready(spec, log)
         findings += _errors(turned)
         ready.append(turned)
     raise_all(dict.fromkeys(findings))
     return tuple(ready)
 
 
-def gentle_doubts(logs: Sequence[Log]) -> tuple[Finding, ...]:
-    """Findings on runs whose acceleration has a standard deviation below ``cg_gentle``: zeros change loads as much."""
-    found = []
-    for log in logs:
+def _ready(spec: CgSpec, log: Log) -> Log:
+    """A log with pitch rate, and with the acceleration free of gravity."""
+    turned = log if "pitch_rate" in log else log.with_channels(pitch_rate=np.gradient(log["pitch"], log.time))
+    if spec.settings.accelerometer == "body":
+        turned = turned.with_channels(acceleration=turned["acceleration"] - GRAVITY * pitch_angle(turned))
+    return turned
+
+
+def gentle_doubts(logs: Sequence[Log]) -> dict[int, Finding]:
+    """Findings on runs whose acceleration has a standard deviation below ``cg_gentle``: zeros change loads as much.
+
+    They are listed by the index of the run.
+    """
+    found = {}
+    for k, log in enumerate(logs):
         spread = float(np.nanstd(log["acceleration"]))
         if spread < CG_POLICY.cg_gentle:
             got, remedy = f"standard deviation {spread:.2g} m/s^2", "accelerate and brake with 3 m/s^2 or more"
-            found.append(Finding(f"{log.name}, acceleration", WEAK, got, remedy, doubt=True))
-    return tuple(found)
+            found[k] = Finding(f"{log.name}, acceleration", WEAK, got, remedy, doubt=True)
+    return found
+
+
+def track_check(
+    spec: CgSpec, whole: tuple[Log, ...], data: Any, known: Parameters, origin: tuple[int, ...]
+) -> TrackCheck:
+    """The runs to repeat because the car hardly accelerates or stands; see ``TrackCheck``."""
+    try:
+        gentle = gentle_doubts([_ready(spec, log) for log in whole])
+    except KeyError:  # without acceleration or pitch, which the step reports
+        return TrackCheck()
+    return TrackCheck({k: f"{f.what} ({f.got}): {f.remedy}" for k, f in gentle.items()})
 
 
 def weight_contradiction(

@@ -243,7 +243,7 @@ def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:
     runs = tuple(cut_windows(log, way) for log, way in zip(ready, headings, strict=True))
     speeds = tuple(speed_change(log) for log in ready)
     carried = tuple(carried_weight(log, vehicle.values["mass"]) for log in ready)
-    findings = [*vehicle.findings, *contradiction, *gentle_doubts(ready)]
+    findings = [*vehicle.findings, *contradiction, *gentle_doubts(ready).values()]
     findings += other_accelerometer(ready, spec.settings.accelerometer)
     findings += gps_zero(logs) if spec.settings.accelerometer == "gps" else []
     findings += [SPEED_INTEGRATED] if not all("speed" in log for log in ready) else []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from vdyn_cli.steps.cg.input_checks import track_check
 from vdyn_cli.steps.cg.planned_logs import PLANNED
 from vdyn_cli.steps.cg.policy import CG_POLICY
 from vdyn_cli.steps.cg.problem import prepare
@@ -38,5 +39,6 @@ STEP = Step(
     prepare=prepare,
     complete=("pitch_rate",),
     diagnosable=Diagnosable(metric=("front load", "N"), run="run"),
+    track_check=track_check,
     planned=PLANNED,
 )

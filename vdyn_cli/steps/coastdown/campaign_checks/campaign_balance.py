@@ -80,7 +80,8 @@ class CampaignCoasts:
             limits=regulation_limits(self._day(len(pairs), accuracy, runs)),
             sentences=[],
         )
-        return balance.model_copy(update={"sentences": [*_sentences(balance, rates.step() is not None)]})
+        mixed = alternating is False and _collinear(rates.heading, self.order)
+        return balance.model_copy(update={"sentences": [*_sentences(balance, rates.step() is not None, mixed)]})
 
     def _runs(self, names: Sequence[str], found: Array | None) -> list[RunDeceleration]:
         place = {s.run: i for i, s in enumerate(self.segments)}
@@ -154,9 +155,17 @@ def _influence(found: Array, heading: Array) -> list[tuple[float, float] | None]
     return shifts
 
 
-def _sentences(b: CoastBalance, stepped: bool) -> Iterator[str]:
-    """Sentences on balance, order, warm-up and wind; ``stepped``: the trend is a step from one run to the next."""
-    yield from _on_directions(b)
+def _collinear(heading: Array, order: Array) -> bool:
+    """Whether a trend over the runs has more than half of its variance in common with their directions."""
+    return bool(np.ptp(heading) > 0 and np.ptp(order) > 0 and np.corrcoef(heading, order)[0, 1] ** 2 > 0.5)
+
+
+def _sentences(b: CoastBalance, stepped: bool, mixed: bool) -> Iterator[str]:
+    """Sentences on balance, order, warm-up and wind.
+
+    ``stepped``: the trend is a step from one run to the next. ``mixed``: it is collinear with the directions.
+    """
+    yield from _on_directions(b, mixed)
     if b.trend is not None and b.trend_half is not None:
         text = (
             f"from the first to the last run the deceleration changes by {100 * b.trend:+.1f} % +- "
@@ -180,7 +189,7 @@ def _sentences(b: CoastBalance, stepped: bool) -> Iterator[str]:
         yield "wind is not measured: only the scatter and the directions of the runs show it"
 
 
-def _on_directions(b: CoastBalance) -> Iterator[str]:
+def _on_directions(b: CoastBalance, mixed: bool) -> Iterator[str]:
     """Sentences on the numbers of runs in both directions, their pairs, and their order."""
     if not b.out and not b.back:
         what = "no run states its direction: a wind or a slope is collinear with resistance"
@@ -191,6 +200,6 @@ def _on_directions(b: CoastBalance) -> Iterator[str]:
         yield f"usable runs: {b.out} out, {b.back} back; pairs: {b.pairs}{more}"
     if b.unpaired:
         yield f"without a run in the opposite direction: {', '.join(b.unpaired)}"
-    if b.alternating is False:
+    if mixed:
         what = "directions do not alternate: a change of wind or tires is collinear with a slope"
         yield f"{what}; drive out and back in turn"

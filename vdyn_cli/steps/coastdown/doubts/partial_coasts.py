@@ -25,7 +25,9 @@ def partial_coasts(segments: Sequence[CoastSegment], names: Mapping[int, str]) -
         passed, others = (f"{3.6 * top:.0f} to {3.6 * bottom:.0f} km/h" for bottom, top in (own, usual))
         share = f"{100 * max(part, 0.0):.0f} %"
         what = f"its longest coast covers {passed}, only {share} of the speeds of the other runs ({others})"
-        yield Finding(names[one.run], what, "", "repeat the run if it was broken off")
+        yield Finding(
+            names[one.run], what, "", "if it was broken off, the part is used; a whole run would show all speeds"
+        )
 
 
 def whole_coasts(segments: Sequence[CoastSegment]) -> tuple[CoastSegment, ...]:
