@@ -69,3 +69,53 @@ def test_an_answer_that_only_stood_for_a_latency_is_replaced_by_it(
     found = with_nuisance_effects(strategy, judgment, Limits(output=0.1, noise=1.0))
     assert found.answer is not None
     assert found.answer.effects == (("wave",) if named == "wave" else ("slope", "wave"))
+
+
+@pytest.mark.parametrize(("late", "named"), [(3.0, True), (0.0, False)])
+def test_a_latency_beside_each_of_several_answers_is_part_of_them_all(
+    monkeypatch: pytest.MonkeyPatch, late: float, named: bool
+) -> None:
+    """``slope`` and ``wind`` cannot be discriminated; ``wave``, the sensor error, is significant beside both."""
+    real = open_strategy(
+        Campaign(5, hidden={"slope": 4.0, "wave": late}, plain=True).setup(cause("slope"), cause("wind"), cause("wave"))
+    )
+
+    def model(_: Any, effects: tuple[str, ...]) -> CandidateModel:
+        fitted = real.fitted(effects)
+        assert fitted is not None
+        return CandidateModel(effects, fitted, 0.5, None, 0.0)
+
+    monkeypatch.setattr(nuisance_effects, "candidate_model", model)
+    monkeypatch.setattr(nuisance_effects, "_covering", lambda _, fitted: [model(None, (*fitted.effects, "wave"))])
+    answers = model(None, ("slope",)), model(None, ("wind",))
+    size = finding_size(real, real.base, answers[0].fitted)
+    judgment = Judgment(real.base, detect(real, real.base), accepted=answers, material=True, size=size)
+    strategy: Any = SimpleNamespace(
+        model=real.model, base=real.base, relinearized=lambda f: f, prior_values={"mass": 1}, predicted=lambda *_: None
+    )
+    found = with_nuisance_effects(strategy, judgment, Limits(output=0.2, noise=1.0))
+    assert [a.effects for a in found.answers] == [(*a.effects, "wave") if named else a.effects for a in answers]
+
+
+def test_channels_that_seem_early_show_one_that_is_late() -> None:
+    """``slope`` alone seems early; with ``step`` (which covers both latencies) late, ``slope`` is late, too."""
+    amplitudes = {("slope",): (-1.0,), ("step",): (1.0,), ("slope", "step"): (0.4, 1.4)}
+    covers = {"slope": ("a",), "step": ("a", "b")}
+    by_name = {n: SimpleNamespace(name=n, sensor=True, covers=c) for n, c in covers.items()}
+
+    def model(_: Any, effects: tuple[str, ...]) -> Any:
+        values = dict(zip(effects, amplitudes[effects], strict=True))
+        return SimpleNamespace(
+            effects=effects,
+            fitted=SimpleNamespace(solution=SimpleNamespace(values=values, std=dict.fromkeys(values, 0.1))),
+        )
+
+    full = SimpleNamespace(
+        by_name=by_name, amplitudes=lambda e: (e,), setup=SimpleNamespace(effects=list(by_name.values()))
+    )
+    strategy: Any = SimpleNamespace(model=full)
+    early: Any = [model(None, ("slope",)), model(None, ("step",))]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(nuisance_effects, "candidate_model", model)
+        found = nuisance_effects._later_than_each(strategy, cast(Any, SimpleNamespace(effects=())), early)
+    assert [m.effects for m in found] == [("slope", "step")]

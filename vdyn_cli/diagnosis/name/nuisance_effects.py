@@ -31,13 +31,12 @@ def with_nuisance_effects(strategy: Strategy, judgment: Judgment, limits: Limits
         return judgment
     several = len(judgment.answers) > 1
     if several and (judgment.size is None or not judgment.size.change <= limits.noise):
-        return judgment  # latencies change predictions by less
+        return _named_beside_each(strategy, judgment, limits)  # latencies change predictions by less than the answers
     fitted = judgment.answers[0].fitted if judgment.answers else judgment.base
     tried = _covering(strategy, fitted)
     if not tried:
         return judgment
-    answers = not_significantly_worse(strategy.model, tried) or (min(tried, key=lambda t: t.cost),)
-    best = min(answers, key=lambda t: (_amplitude(strategy.model, t)[0] < 0.0, t.cost))  # loggers are late, not early
+    answers, best = _likeliest(strategy, tried)
     if judgment.answers and all(_is_idle_beside(strategy, a, best.effects[-1], limits) for a in judgment.answers):
         without = replace(judgment, accepted=(), material=False, closest=judgment.answers[0])
         return with_nuisance_effects(strategy, without, limits)
@@ -58,6 +57,35 @@ def with_nuisance_effects(strategy: Strategy, judgment: Judgment, limits: Limits
         return _named_alone(replace(judgment, tried=(*judgment.tried, *tried), size=size), answers, chance)
     named = _named_beside(strategy, judgment, best) if matters else None
     return named or replace(judgment, nuisance=NuisanceError(best))
+
+
+def _likeliest(
+    strategy: Strategy, tried: Sequence[CandidateModel]
+) -> tuple[tuple[CandidateModel, ...], CandidateModel]:
+    """The sensor errors that fit as well as the best of those tried, and the one of them to name."""
+    answers = not_significantly_worse(strategy.model, tried) or (min(tried, key=lambda t: t.cost),)
+    return answers, min(answers, key=lambda t: (_amplitude(strategy.model, t)[0] < 0.0, t.cost))  # late, not early
+
+
+def _named_beside_each(strategy: Strategy, judgment: Judgment, limits: Limits) -> Judgment:
+    """The judgment with a sensor error beside each of several answers, if it is significant and matters beside all.
+
+    The answers cannot be discriminated, but the error is none of them: a torque is late, whatever its gain.
+    """
+    first = judgment.answers[0].fitted
+    tried = _covering(strategy, first)
+    if not tried:
+        return judgment
+    _, best = _likeliest(strategy, tried)
+    size = finding_size(strategy, first, best.fitted)
+    if _expected(strategy.model, best, first) > 0.0 or not (size.plain and size.change > limits.output):
+        return judgment
+    errors = best.effects[len(first.effects) :]
+    each = [candidate_model(strategy, (*a.effects, *errors)) for a in judgment.answers]
+    sure = [m for m in each if m is not None and _deviation(strategy.model, m) > POLICY.needed_t]
+    if len(sure) < len(each):
+        return judgment
+    return replace(judgment, accepted=tuple(sure), tried=(*judgment.tried, *sure))
 
 
 def _named_alone(judgment: Judgment, answers: Sequence[CandidateModel], chance: float) -> Judgment:
@@ -104,10 +132,30 @@ def _covering(strategy: Strategy, fitted: FittedModel) -> list[CandidateModel]:
     ]
     models = [candidate_model(strategy, (*fitted.effects, n)) for n in names if n not in fitted.effects]
     likely = [m for m in models if m is not None and _deviation(model, m) > POLICY.needed_t]
+    if likely and _amplitude(model, min(likely, key=lambda m: m.cost))[0] < 0.0:
+        likely += _later_than_each(strategy, fitted, likely)
     # Each about its own fit: a torque that steps is far from linear in a delay, and the baseline has none of it.
     solutions = [strategy.relinearized(m.fitted).solution for m in likely]
     exact = [replace(m, fitted=replace(m.fitted, solution=s)) for m, s in zip(likely, solutions, strict=True)]
     return [m for m in exact if not may_be_zero(model, m.fitted)]
+
+
+def _later_than_each(strategy: Strategy, fitted: FittedModel, early: Sequence[CandidateModel]) -> list[CandidateModel]:
+    """Models in which one channel is late against all others, and one of those is late by less.
+
+    Loggers are late, not early: speed and acceleration that seem early by 0.15 and 0.12 s show a torque that is 0.15 s
+    late, and an acceleration that is 0.03 s late.
+    """
+    model = strategy.model
+    found = []
+    for wide in {m.effects[-1] for m in early if _amplitude(model, m)[0] > 0.0}:
+        covers = set(model.by_name[wide].covers)
+        for other in (e for e in model.setup.effects if e.sensor and e.covers and set(e.covers) < covers):
+            both = candidate_model(strategy, (*fitted.effects, other.name, wide))
+            values = both.fitted.solution.values if both else {}
+            if both and all(values[model.amplitudes(e)[0]] > 0.0 for e in (other.name, wide)):
+                found.append(both)
+    return found
 
 
 def _changes_main_channel(model: FullModel, fitted: FittedModel, effect: str) -> bool:
