@@ -154,6 +154,12 @@ class Reduced:
     runs: Array
     factor: Array
 
+    @property
+    def information(self) -> Array:
+        """Information matrix of the shared unknowns, (s, s), with the runs' own unknowns fitted."""
+        factor = self.factor[:-1, :-1]
+        return factor.T @ factor
+
     def own_step(self, shared: Array) -> Array:
         """The least-squares step of the runs' own unknowns, (g, m), for a step of the shared ones."""
         m = self.own.shape[1]

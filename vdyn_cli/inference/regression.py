@@ -153,6 +153,17 @@ class Regression:
         unknowns = (change(u) if names is None or u.name in names else u for u in self.unknowns)
         return replace(self, unknowns=tuple(unknowns))
 
+    def of_runs(self, runs: Sequence[int]) -> Regression:
+        """The regression over some of the runs, by their indices."""
+        return replace(
+            self,
+            runs=tuple(self.runs[k] for k in runs),
+            rows=lambda k, theta: self.rows(runs[k], theta),
+            run_starts={name: values[list(runs)] for name, values in self.run_starts.items()},
+            narrow=None,
+            origins=tuple(self.origins[k] for k in runs) if self.origins else (),
+        )
+
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds, each (s + g m): shared first, then run by run."""
         every = self.shared + self.own * len(self.runs)

@@ -27,8 +27,7 @@ def slopes_by_known(
     """
     point = evaluate(extended, stacked(extended.unknowns, values, per_run))
     assert point is not None  # the fit ended here
-    factor = point.system.reduced().factor[:-1, :-1]
-    information = factor.T @ factor
+    information = point.system.reduced().information
     names = [u.name for u in extended.shared]
     free = [k for k, u in enumerate(extended.shared) if u.name not in known or u.prior is not None]
     right = np.zeros((len(free), len(known)))

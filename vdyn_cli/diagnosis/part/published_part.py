@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import groupby
 
 import numpy as np
@@ -107,17 +108,7 @@ def _learned(finding: PartFinding, law: Learned, diagnosis: Diagnosis) -> Learne
     unknowns = next((c.unknowns for c in diagnosis.causes if c.effect == law.name), {})
     formula = "sum of the shapes in the table" if law.form == "table" else LAW_FORMS[law.form].text
     base = finding.search.start.values
-    table = [
-        CurvePoint(at=x, value=v - b, interval95=(v - b - h, v - b + h), place=c.part.place)
-        for c in finding.curves
-        for x, v, b, h in zip(
-            c.at.tolist(),
-            c.value.tolist(),
-            (c.value - c.unabsorbed(c.value, base)).tolist(),
-            c.half.tolist(),
-            strict=True,
-        )
-    ]
+    shown = (replace(c, value=c.unabsorbed(c.value, base)) for c in finding.curves)
     return LearnedLaw(
         effect=law.name,
         element=finding.name,
@@ -125,7 +116,7 @@ def _learned(finding: PartFinding, law: Learned, diagnosis: Diagnosis) -> Learne
         formula=formula,
         coefficients=unknowns,
         indistinguishable=law.indistinguishable,
-        table=tuple(table),
+        table=tuple(p for c in shown for p in points_of(c, None)),
     )
 
 

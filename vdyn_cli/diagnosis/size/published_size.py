@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from vdyn_cli.diagnosis.size.materiality import main_output
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.quantities.arrays import rms
 from vdyn_cli.quantities.diagnosis import PointChange, Remainder, Size
-from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Comparison, Result
 
 PLACES = ("start", "largest", "end")  # of a run
@@ -39,15 +38,8 @@ def published_size(found: FindingSize | None, base: Result, last: Result | None,
         PointChange(run=runs[k] if k < len(runs) else str(k + 1), at=PLACES[i], change=change)
         for i, (k, change) in enumerate(found.points)
     )
-    return Size(
-        output=main_output(base) if found.plain else WHITENED,
-        unit=unit if found.plain else "",
-        change=found.change,
-        noise_floor=floor,
-        points=points,
-        shifts_in_std=_in_std(found.shifts, base.parameters, found.stds),
-        share_of_rms=explained_share(found.before, found.after, floor),
-    )
+    output = (main_output(base), unit) if found.plain else (WHITENED, "")
+    return _size(output, found, floor, points, base)
 
 
 def effect_sizes(
@@ -100,30 +92,27 @@ def _by_results(found: FindingSize, base: Result, last: Result) -> Size | None:
         return None
     every = np.concatenate([c[np.isfinite(c)] for _, c in changes])
     largest, change = max(changes, key=lambda pair: float(np.nanmax(np.abs(pair[1]))))
-    floor = last.fit.noise_floor
+    moved = {n: e.value - base.parameters[n].value for n, e in last.parameters.items() if n in base.parameters}
+    shown = replace(found, change=rms(every), before=base.fit.rms, after=last.fit.rms, shifts=moved or found.shifts)
+    return _size((channel, base.fit.unit), shown, last.fit.noise_floor, _points(largest, change), base)
+
+
+def _size(
+    output: tuple[str, str], found: FindingSize, floor: float, points: tuple[PointChange, ...], base: Result
+) -> Size:
+    """The size of a finding in the ``output``, its name and unit, with its noise ``floor``."""
+    std = {n: base.parameters[n].std if n in base.parameters else found.stds.get(n, 0.0) for n in found.shifts}
     return Size(
-        output=channel,
-        unit=base.fit.unit,
-        change=rms(every),
+        output=output[0],
+        unit=output[1],
+        change=found.change,
         noise_floor=floor,
-        points=_points(largest, change),
-        shifts_in_std=_in_std(
-            {n: e.value - base.parameters[n].value for n, e in last.parameters.items() if n in base.parameters}
-            or found.shifts,
-            base.parameters,
-            found.stds,
-        ),
-        share_of_rms=explained_share(base.fit.rms, last.fit.rms, floor),
+        points=points,
+        shifts_in_std={n: moved / std[n] for n, moved in found.shifts.items() if std[n] > 0},
+        share_of_rms=explained_share(found.before, found.after, floor),
     )
 
 
 def _points(run: Comparison, change: np.ndarray) -> tuple[PointChange, ...]:
     places = places_of(change)
     return tuple(PointChange(run=run.run, at=f"{run.x_label} {run.x[i]:.3g}", change=float(change[i])) for i in places)
-
-
-def _in_std(
-    shifts: Mapping[str, float], published: Mapping[str, Estimate], stds: Mapping[str, float]
-) -> dict[str, float]:
-    std = {n: published[n].std if n in published else stds.get(n, 0.0) for n in shifts}
-    return {n: moved / std[n] for n, moved in shifts.items() if std[n] > 0}

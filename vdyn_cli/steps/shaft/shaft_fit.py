@@ -297,8 +297,7 @@ def _curvatures(regression: Regression, solution: Solution) -> tuple[Array, Arra
         hessian += curvature[:s, :s] - curvature[:s, s:] @ np.linalg.solve(curvature[s:, s:], curvature[s:, :s])
     point = evaluate(regression, x)
     assert point is not None  # the fit ended here
-    factor = point.system.reduced().factor[:-1, :-1]
-    return factor.T @ factor, hessian
+    return point.system.reduced().information, hessian
 
 
 def _hessian(regression: Regression, run: int, local: Array, steps: Array) -> Array:

@@ -131,17 +131,6 @@ def _road_force(fit: RoadLoadFit, low: float, high: float) -> float:
     return fit.at["mass"] * GRAVITY * fit.sizes[ROUGHNESS] * float(np.linalg.norm(way @ layout.factor))
 
 
-def shift_to(fit: RoadLoadFit, found: LocalForces) -> dict[str, float]:
-    """Shift of rolling resistance and drag area (m^2) to the local forces, of those of the two that are estimated.
-
-    Least squares of measured minus fitted force, weighted by the intervals.
-    """
-    per_unit = fit.main_forces(found.speed)
-    matrix = np.column_stack([*per_unit.values()]) / found.half[:, None]
-    step = np.linalg.lstsq(matrix, (found.measured - found.fitted) / found.half, rcond=None)[0]
-    return dict(zip(per_unit, step.tolist(), strict=True))
-
-
 def influence(fit: RoadLoadFit) -> dict[str, dict[str, float]]:
     """Shift of each published unknown, SI, when a run is left out, to first order, by run; empty for a single run.
 

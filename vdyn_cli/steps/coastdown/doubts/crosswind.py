@@ -115,6 +115,4 @@ def parameter_shift(fit: RoadLoadFit, force: Callable[[Array], Array]) -> Mappin
     force : speed (n,) m/s -> force (n,) N.
     """
     speed = np.linspace(*fit.speeds, SPEEDS)
-    per_unit = fit.main_forces(speed)
-    found = np.linalg.lstsq(np.column_stack([*per_unit.values()]), force(speed), rcond=None)[0]
-    return dict(zip(per_unit, found.tolist(), strict=True))
+    return fit.shift_by(speed, force(speed))

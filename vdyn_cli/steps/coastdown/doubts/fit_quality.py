@@ -11,13 +11,7 @@ import numpy as np
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.number_text import number, two_digits
-from vdyn_cli.steps.coastdown.doubts.agreement import (
-    LocalForces,
-    influence,
-    local_forces,
-    shared_force,
-    shift_to,
-)
+from vdyn_cli.steps.coastdown.doubts.agreement import LocalForces, influence, local_forces, shared_force
 from vdyn_cli.steps.coastdown.doubts.changed_runs import changed_runs, values_after
 from vdyn_cli.steps.coastdown.doubts.one_way import one_way_shifts, unbalanced_finding, unbalanced_shift
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import influential_runs
@@ -174,7 +168,8 @@ def quality_of(fit: RoadLoadFit) -> FitQuality:
     local, change, sheltered = local_forces(fit), changed_runs(fit), sheltered_wind_shift(fit)
     shifts = [*one_way_shifts(fit), unbalanced_shift(fit)]
     shifts += [] if change is None else change.shifts(fit)
-    shifts += [shift_to(fit, local)] if local is not None and np.any(local.excess > 1.0) else []
+    if local is not None and np.any(local.excess > 1.0):
+        shifts.append(fit.shift_by(local.speed, local.measured - local.fitted, local.half))
     wider = fit
     for shift in shifts:
         wider = wider.including(shift)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -123,15 +123,8 @@ def fitted_to(fit: RoadLoadFit, runs: Sequence[int]) -> Solution | None:
 
     None where these runs do not determine the unknowns.
     """
-    full = fit.regression
-    starts = {name: values[list(runs)] for name, values in full.run_starts.items()}
-    names = tuple(full.runs[k] for k in runs)
-    origins = tuple(fit.campaign.runs[k].origin for k in runs)
-    part = replace(
-        full, runs=names, rows=lambda k, theta: full.rows(runs[k], theta), run_starts=starts, origins=origins
-    )
     try:
-        return solve(part, units="run", tolerance=TOLERANCE)
+        return solve(fit.regression.of_runs(runs), units="run", tolerance=TOLERANCE)
     except ResultError:
         return None
 

@@ -88,14 +88,17 @@ class RoadLoadFit:
         """The fit with intervals that also include values moved by a shift (``Solution.including``)."""
         return replace(self, solution=self.solution.including(shift))
 
-    def main_forces(self, speed: Array) -> dict[str, Array]:
-        """Change of the road load, (n,) N at speeds (n,) m/s, per unit of each main parameter that is estimated.
+    def shift_by(self, speed: Array, force: Array, std: Array | float = 1.0) -> dict[str, float]:
+        """Shift of the main parameters that are estimated whose change of the road load is closest to a force.
 
-        M g of rolling resistance, 1/2 rho V^2 of drag area
+        Least squares of the force (n,) N at speeds (n,) m/s, weighted by its ``std`` (n,), by M g of rolling resistance
+        and 1/2 rho V^2 of drag area.
         """
         weight = np.full(speed.size, self.at["mass"] * GRAVITY)
         each = dict(zip(MAIN, (weight, 0.5 * self.at["air_density"] * speed**2), strict=True))
-        return {n: force for n, force in each.items() if n in self.solution.names}
+        per_unit = {n: change / std for n, change in each.items() if n in self.solution.names}
+        found = np.linalg.lstsq(np.column_stack([*per_unit.values()]), force / std, rcond=None)[0]
+        return dict(zip(per_unit, found.tolist(), strict=True))
 
     def simulate(self, run: int, level: bool = False) -> Simulated:
         """The run simulated at its samples, with the fitted parameters; ``level``: without the shared road's slope."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.engine.drive import Drive
 from vdyn_cli.engine.simulate import Simulator
-from vdyn_cli.inference import Regression, Rows, Solution, approach
+from vdyn_cli.inference import Regression, Solution, approach
 from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
@@ -203,7 +203,7 @@ def _held_out(setup: SimulationSetup, linearized: Regression) -> HeldOutEnds | N
     before, after, owner = [], [], []
     for k, drive in enumerate(drives):
         try:
-            others, _ = approach(_without(linearized, k), FIT_STEPS)
+            others, _ = approach(linearized.of_runs([j for j in range(len(drives)) if j != k]), FIT_STEPS)
         except ResultError:
             return None
         for i, s in enumerate(setup.segments):
@@ -212,15 +212,6 @@ def _held_out(setup: SimulationSetup, linearized: Regression) -> HeldOutEnds | N
                 before.append(_end(setup, i, known))
                 after.append(_end(setup, i, {**known, **others}))
     return HeldOutEnds(np.array(owner, dtype=np.int64), np.array(before), np.array(after))
-
-
-def _without(regression: Regression, run: int) -> Regression:
-    others = [k for k in range(len(regression.runs)) if k != run]
-
-    def rows(k: int, theta: Array) -> Rows:
-        return regression.rows(others[k], theta)
-
-    return replace(regression, runs=tuple(regression.runs[k] for k in others), rows=rows)
 
 
 def _end(setup: SimulationSetup, segment: int, values: Mapping[str, float]) -> float:
