@@ -10,8 +10,8 @@ import pytest
 
 from tests.diagnosis.linear import Campaign, cause
 from vdyn_cli.diagnosis.name import model_selection
-from vdyn_cli.diagnosis.name.candidate_judgment import judge
-from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
+from vdyn_cli.diagnosis.name.candidate_judgment import _certain_part, judge
+from vdyn_cli.diagnosis.name.candidate_models import CandidateModel, candidate_model
 from vdyn_cli.diagnosis.name.model_selection import (
     _one_profile_suffices,
     _with_certain_effects,
@@ -79,6 +79,16 @@ def test_an_effect_that_may_as_well_be_zero_is_not_certain_enough():
     assert may_be_zero(model(), fitted("wind", -1.0, 0.6))
     assert not may_be_zero(model(), fitted("wind", -1.3, 0.6))
     assert not may_be_zero(model(), fitted("hills", 0.0, 1.0))  # of many unknowns no one speaks for all
+
+
+@pytest.mark.parametrize(("waves", "kept"), [(4.0, ("wave",)), (0.3, None)])
+def test_an_effect_is_certain_although_one_beside_it_may_be_zero(waves: float, kept: tuple[str, ...] | None):
+    """Without the other, it is the answer if it explains most of the misfit, of which bumps are a part."""
+    strategy = open_strategy(Campaign(1, hidden={"wave": waves, "bump": 1.0}).setup(WAVE, WIND))
+    answer = candidate_model(strategy, ("wave", "wind"))
+    assert answer is not None
+    found = _certain_part(strategy, answer)
+    assert (found and found.effects) == kept
 
 
 def left(cause: str, share: float, within: bool) -> CandidateModel:

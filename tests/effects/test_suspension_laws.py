@@ -7,9 +7,10 @@ import pytest
 
 from vdyn_cli.effects.asymmetric_damping import asymmetric_damping
 from vdyn_cli.effects.degressive_damping import degressive_damping
+from vdyn_cli.effects.progressive_spring import progressive_spring
 from vdyn_cli.effects.suspension_friction import bristle, suspension_friction
 from vdyn_cli.engine.model_builder import Signals
-from vdyn_cli.physics.laws.suspension import damper
+from vdyn_cli.physics.laws.suspension import damper, spring
 
 
 @pytest.mark.parametrize(("place", "factor"), [("_front", 1.4), ("_fl", 1.4), ("_rear", 0.6), ("_rr", 0.6)])
@@ -26,6 +27,14 @@ def test_struts_in_front_and_at_the_rear_have_their_own_friction(place: str, exp
     s = Signals(damping=1000.0, stroke_rate=0.0, place=place, share=1.0, bristle=1.0)
     q = Signals(suspension_friction=125.0, suspension_friction_balance=0.28)
     assert float(suspension_friction.law(damper, s, q)) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("place", "expected"), [("_front", -2000.0), ("_rear", -3200.0)])
+def test_springs_may_stiffen_at_the_rear_alone(place: str, expected: float) -> None:
+    """40 kN/m compressed by 50 mm; the rear rate has doubled at 1 / (2 * 12) m."""
+    q = Signals(progressive_spring=6.0, progressive_spring_balance=-1.0)
+    s = Signals(stiffness=4e4, stroke=-0.05, place=place, share=1.0)
+    assert float(progressive_spring.law(spring, s, q)) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("rate", [1.0, -1.0])

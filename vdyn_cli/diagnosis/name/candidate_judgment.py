@@ -189,13 +189,28 @@ def _accepting(
         return judgment.refuted(closest=best_fit(judgment.tried if judgment.size is not None else ()))
     # Single effects that nearly suffice are preferred to several of which one may be zero.
     if len(answers) == 1 < len(answers[0].effects) and may_be_zero(model, strategy.relinearized(answers[0].fitted)):
-        answers = nearly_sufficient(judgment.tried) or answers
+        fewer = _certain_part(strategy, answers[0])
+        answers = nearly_sufficient(judgment.tried) or ((fewer,) if fewer else answers)
     first = answers[0]
     if any(is_imitated(model, answer, local_detection) for answer in answers):
         return judgment.refuted(IMITATED, first)
     if len(answers) == 1 and may_be_zero(model, strategy.relinearized(first.fitted)):
         return judgment.refuted(NOT_SIGNIFICANT, first)
     return replace(judgment, accepted=answers)
+
+
+def _certain_part(strategy: Strategy, answer: CandidateModel) -> CandidateModel | None:
+    """The answer without the effects that may be zero, if the others still explain most; else None.
+
+    Several weak effects that are collinear, such as a filter and the tires' damping, share a residual: none of them is
+    certain, and a strong effect beside them is no less so. What it leaves is reported as the remainder.
+    """
+    fitted = strategy.relinearized(answer.fitted)
+    kept = tuple(e for e in answer.effects if not may_be_zero(strategy.model, fitted, (e,)))
+    fewer = candidate_model(strategy, kept) if kept else None
+    if fewer is None or fewer.unphysical or not fewer.explains_most:
+        return None
+    return None if may_be_zero(strategy.model, strategy.relinearized(fewer.fitted)) else fewer
 
 
 def _with_gain(strategy: Strategy, judgment: Judgment, local: Strategy) -> Judgment:

@@ -225,13 +225,17 @@ def _significantly_worse(one: CandidateModel, least: float) -> bool:
     return 2 * (one.cost - least) > POLICY.needed_t**2
 
 
-def may_be_zero(model: FullModel, fitted: FittedModel) -> bool:
+def may_be_zero(model: FullModel, fitted: FittedModel, effects: Sequence[str] = ()) -> bool:
     """Whether the amplitude of an effect with one unknown is not significantly different from zero.
 
     With a free shape parameter, the amplitude is uncertain even if the effect is certain; such effects are skipped.
+
+    Parameters
+    ----------
+    effects : those of the fit that are judged; empty: all.
     """
     solution = fitted.solution
-    each = [model.freed(e) for e in fitted.effects]
+    each = [model.freed(e) for e in effects or fitted.effects]
     return any(abs(solution.values[n[0]]) < POLICY.named_t * solution.std[n[0]] for n in each if len(n) == 1)
 
 
