@@ -83,6 +83,7 @@ def test_a_car_that_stands_in_a_log_of_load_transfer_is_to_accelerate(tmp_path: 
     document = checked(path, tmp_path / "out", 1)
     assert [r["verdict"] for r in document["runs"]] == ["keep", "repeat"]
     assert "accelerate and brake with 3 m/s^2" in document["runs"][1]["why"][0]
+    assert document["untied"] == ["acceleration", "pitch_rate"], "the mass ties the loads, and nothing the others"
 
 
 @pytest.mark.slow

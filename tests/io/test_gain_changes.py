@@ -68,6 +68,34 @@ def truck(loud: float, quiet: float, gain: float = 1.0) -> Log:
     return Log("truck.csv", time, {"speed": speed, "acceleration": read})
 
 
+def hilly(gain: float, late: float = 100.0) -> Log:
+    """A drive of 200 s through hills of 3 %, in which the accelerometer's gain changes over ``late`` seconds."""
+    rng, time = np.random.default_rng(7), np.arange(0.0, 200.0, 0.1)
+    push = np.sin(0.9 * time) * np.sin(0.13 * time)
+    speed = 15.0 + np.cumsum(push) * 0.1
+    felt = push + 0.3 * np.sin(0.06 * time) + rng.normal(0.0, 0.03, time.size)
+    felt *= 1.0 + (gain - 1.0) * np.clip((time - 100.0) / late + 0.5, 0.0, 1.0)
+    return Log("hills.csv", time, {"speed": speed + rng.normal(0.0, 0.02, time.size), "acceleration": felt})
+
+
+def test_a_change_of_a_tenth_is_found_in_hills_and_a_drift_is_none() -> None:
+    (found,) = gain_changes(hilly(1.1, 0.1))
+    assert found.factor == pytest.approx(1.1, abs=0.02)
+    assert found.at == pytest.approx(100.0, abs=3.0)
+    assert gain_changes(hilly(1.1, 200.0)) == ()
+    assert gain_changes(hilly(1.0)) == ()
+
+
+@pytest.mark.parametrize(("gain", "found"), [(1.0, []), (0.95, [60.0])])
+def test_a_noisy_position_shows_a_change_of_the_speed_by_a_twentieth(gain: float, found: list[float]) -> None:
+    rng, time = np.random.default_rng(5), np.arange(0.0, 120.0, 0.1)
+    speed = 20.0 - 0.12 * time
+    place = np.cumsum(speed) * 0.1 + rng.normal(0.0, 0.5, time.size)
+    read = speed * np.where(time > 60.0, gain, 1.0) + rng.normal(0.0, 0.03, time.size)
+    changes = gain_changes(Log("coast.csv", time, {"speed": read, "position": place}))
+    assert [one.at for one in changes] == [pytest.approx(at, abs=6.0) for at in found]
+
+
 def test_a_quiet_half_in_which_the_speed_is_mostly_noise_is_no_change_of_the_accelerometer() -> None:
     assert gain_changes(truck(0.4, 0.06)) == ()
     (found,) = gain_changes(truck(1.0, 1.0, 1.2))

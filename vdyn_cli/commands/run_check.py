@@ -65,9 +65,12 @@ def check_lines(document: CheckDocument) -> Iterator[str]:
             for f in document.flags
         ]
         yield from text_columns(("run", "channel", "test", "", "from [s]", "to [s]", "segments", "of the run"), rows)
-    if document.redundancy:
+    if document.redundancy or document.untied:
         yield "\nRedundant channels"
+    if document.redundancy:
         yield from text_columns(("pair", "", "runs", "first over second"), list(_pair_rows(document.redundancy)))
+    if document.untied:
+        yield f"  no other channel shows a wrong or changing gain of: {', '.join(document.untied)}"
     if document.clocks:
         yield "\nClocks of several loggers"
         yield from text_columns(

@@ -139,6 +139,7 @@ class CheckDocument(Entry):
     runs: list[CheckedRun] = Field(description="in the order of the description")
     flags: list[CheckFlag] = Field(description="faulty and suspect segments")
     redundancy: list[TiedPair] = Field(description="channels with a known physical relation")
+    untied: list[str] = Field([], description="logged channels whose gain no other channel checks in any run")
     clocks: list[ClockDifference] = Field([], description="differences of the clocks of several loggers")
     coasts: CoastBalance | None = Field(description="of a coast-down; null for other steps and driven logs")
     parameters: Literal["not evaluated"] = Field(

@@ -111,6 +111,8 @@ def _pairs(document: CheckDocument) -> TextTable:
         for p in document.redundancy
     )
     caption = "Gain, offset and delay of the first quantity relative to the second; physics relates the two."
+    if document.untied:
+        caption += f" No other channel shows a wrong or changing gain of: {', '.join(document.untied)}."
     return TextTable("Redundant channels", caption, ("run", "pair", "", "result"), rows, (False,) * 4)
 
 

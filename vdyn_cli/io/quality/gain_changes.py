@@ -73,7 +73,7 @@ def _ties(log: Log) -> Iterator[Tie]:
     name = "speed" if "speed" in log else "vehicle_speed"
     if log.duration < QUALITY.fewest_tie_windows * QUALITY.tie_window:
         return
-    edges = np.searchsorted(log.time, np.arange(log.time[0], log.time[-1], QUALITY.tie_window))
+    edges = _edges(log.time, QUALITY.tie_window)
     if name in log:
         if name == "speed":
             for wheel in WHEEL_SPEEDS:
@@ -81,15 +81,16 @@ def _ties(log: Log) -> Iterator[Tie]:
                     what = f"{wheel} against {name}"
                     yield _rolling(_mean_tie(what, log, edges, log[wheel], log[name], QUALITY.rolling_speed))
         if "position" in log:
-            moved = np.abs(np.diff(log["position"][edges]))
-            driven = _integrals(log.time, np.abs(log[name]), edges)
-            gained = np.diff(log[name][edges])
-            yield _finite(Tie(f"position against {name}", log.time[edges[1:]], moved, driven, False, gained))
+            step = max(QUALITY.tie_window, log.duration / QUALITY.position_windows)
+            wide = _edges(log.time, step)
+            moved = np.abs(np.diff(log["position"][wide]))
+            driven = _integrals(log.time, np.abs(log[name]), wide)
+            gained = np.diff(log[name][wide])
+            yield _finite(Tie(f"position against {name}", log.time[wide[1:]], moved, driven, False, gained))
         if "acceleration" in log:
             gained = _integrals(log.time, log["acceleration"], edges)
-            yield _finite(
-                Tie(f"acceleration against {name}", log.time[edges[1:]], gained, np.diff(log[name][edges]), True)
-            )
+            tie = Tie(f"acceleration against {name}", log.time[edges[1:]], gained, np.diff(log[name][edges]), True)
+            yield _without_jump(_finite(tie))
     if "hub_torque" in log and "hub_force_x" in log:
         tie = _mean_tie("hub_torque against hub_force_x", log, edges, log["hub_torque"], log["hub_force_x"], 0.0)
         yield replace(tie, constant=True)
@@ -98,6 +99,11 @@ def _ties(log: Log) -> Iterator[Tie]:
         total = np.sum([log[n] for n in loads], axis=0)
         ones = np.full(log.time.size, float(np.nanmedian(total)))
         yield _mean_tie("the sum of the loads against its median", log, edges, total, ones, 0.0)
+
+
+def _edges(time: Array, length: float) -> Rows:
+    """The index of the first sample of each window of ``length`` (s)."""
+    return np.minimum(np.searchsorted(time, np.arange(time[0], time[-1], length)), time.size - 1)
 
 
 def _mean_tie(what: str, log: Log, edges: Rows, y: Array, x: Array, least: float) -> Tie:
@@ -128,6 +134,28 @@ def _integrals(time: Array, values: Array, edges: Rows) -> Array:
     return np.where(np.diff(missing[edges]) > 0, np.nan, np.diff(total[edges]))
 
 
+def _without_jump(tie: Tie) -> Tie:
+    """The windows without the one in which y and x differ by ``jump_ratio`` times more than in any other.
+
+    A speed jumps at the instant at which its gain changes; the square of that jump exceeds those of all other changes.
+    """
+    if tie.x.size < QUALITY.fewest_tie_windows:
+        return tie
+    apart = np.abs(tie.y - tie.x - np.median(tie.y - tie.x))
+    largest = int(np.argmax(apart))
+    if apart[largest] < QUALITY.jump_ratio * np.delete(apart, largest).max():
+        return tie
+    time, y, x = (np.delete(values, largest) for values in (tie.time, tie.y, tie.x))
+    return replace(tie, time=time, y=y, x=x)
+
+
+def _fast(values: Array) -> Array:
+    """Values (w,) of windows minus their mean over the windows about each: without what changes slowly, as a slope."""
+    width = min(2 * QUALITY.slow_windows + 1, values.size)
+    kernel = np.ones(width)
+    return np.asarray(values - np.convolve(values, kernel, "same") / np.convolve(np.ones(values.size), kernel, "same"))
+
+
 def _finite(tie: Tie) -> Tie:
     good = np.isfinite(tie.y) & np.isfinite(tie.x)
     change = None if tie.change is None else np.nan_to_num(tie.change[good])
@@ -138,21 +166,27 @@ def changed_gain(tie: Tie) -> GainChange | None:
     """The most likely change of a tie's gain; None if it is not significant, abrupt and large enough.
 
     It exceeds ``least_gain_change`` and ``gain_change_t``, and leaves less than ``abrupt_share`` of the sum of squares
-    that a cubic drift of the gain, or of the constant, leaves: the hills in a specific force resemble a gain where a
-    car accelerates once and brakes once. It is no delay: when the pedal is released, a speed that is late by 0.25 s
+    that a cubic drift of the gain leaves. Of a tie with a constant, which drifts as the hills in a specific force do,
+    only the fast changes are compared, and the step explains ``stepped_share`` of what such a drift explains. It is no
+    delay: when the pedal is released, a speed that is late by 0.25 s
     turns from 1 % too low to 1 % too high.
     """
-    y = tie.y - tie.y.mean() if tie.constant else tie.y
-    x = tie.x - tie.x.mean() if tie.constant else tie.x
+    if tie.x.size < QUALITY.fewest_tie_windows:
+        return None
+    y, x = (_fast(tie.y), _fast(tie.x)) if tie.constant else (tie.y, tie.x)
     found = likely_change(y, x)
     if found is None:
         return None
-    k, g, h, t, _ = found
+    k, g, h, t, share = found
     if not g * h > 0.0 or abs(h / g - 1.0) < QUALITY.least_gain_change or t < QUALITY.gain_change_t:
         return None
-    rivals = [drifting(x), *([np.c_[x, drifting(np.ones(x.size))]] if tie.constant else [])]
-    abrupt = all(stepped_share(y, x, k, rival) < QUALITY.abrupt_share for rival in rivals)
-    if not abrupt or _delayed(tie, k) or (tie.constant and not _both_ways(y, x, k, h / g)):
+    against = stepped_share(y, x, k, drifting(x))
+    drifts = (
+        1.0 - share < QUALITY.stepped_share * (1.0 - share / against)
+        if tie.constant
+        else against >= QUALITY.abrupt_share
+    )
+    if drifts or _delayed(tie, k) or (tie.constant and not _both_ways(y, x, k, h / g)):
         return None
     return GainChange(tie.what, float(tie.time[k - 1]), h / g)
 

@@ -237,6 +237,24 @@ class QualityPolicy:
     """[ratio of sums of squares] largest residual with a step of the gain, relative to that with a drift (cubic in
     time). Slip, bends and clocks change a ratio gradually; a sensor's range or connector changes it at once."""
 
+    stepped_share: float = 0.8
+    """[share of the squares that a drift (cubic in time) of an acceleration's gain explains] which one step must
+    explain. Of a gain that drifts linearly, a step explains 0.75."""
+
+    slow_windows: int = 20
+    """[windows] on either side of a window over whose mean the acceleration and the change of the speed are compared.
+    Ten seconds: most slopes add to a specific force for longer, a driver accelerates for less. With 5 s and 20 s, fewer
+    changes of 10 % were found in the trips of an electric car."""
+
+    position_windows: float = 80.0
+    """[windows] of a run in which the position is compared with the speed. A receiver's position is within some 0.5 m:
+    6 % of the way in half a second, 2 % of that in 1.5 s of a coast-down."""
+
+    jump_ratio: float = 2.0
+    """[times the next largest difference of two channels in a window] from which one of them jumps in it. At 15 m/s a
+    speed whose gain changes by 5 % jumps by 0.75 m/s; a slope of 3 % changes the integral of a specific force over half
+    a second by 0.15 m/s."""
+
     delayed_share: float = 0.5
     """[share of the squares that a change of the gain explains] by a delay, from which it is no change. Where a car
     accelerated before a coast, speeds late by 0.25 s had 0.8 and more; changes of 2 to 5 % at other times had 0.3 and

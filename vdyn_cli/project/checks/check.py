@@ -17,7 +17,7 @@ from vdyn_cli.project.checks.check_policy import CHECK
 from vdyn_cli.project.checks.description_checks import refuse_pipeline
 from vdyn_cli.project.checks.exact_values import implausible_rotating_mass
 from vdyn_cli.project.checks.logged_conditions import contradicted_conditions
-from vdyn_cli.project.checks.redundancy import compared_over_runs, tied_pairs
+from vdyn_cli.project.checks.redundancy import compared_over_runs, tied_pairs, untied_channels
 from vdyn_cli.project.inputs import Inputs, errors_of_step, gather_usable
 from vdyn_cli.project.reading.left_out_runs import LeftOutRun
 from vdyn_cli.quantities.check_schema import (
@@ -100,6 +100,7 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
         runs=runs,
         flags=[flag for one in inputs.unsplit for flag in _flags(one)],
         redundancy=redundancy,
+        untied=untied_channels([one.whole for one in inputs.unsplit], redundancy),
         clocks=list(inputs.clocks),
         coasts=coasts,
         parameters="not evaluated",

@@ -13,6 +13,7 @@ The limits are those of the quality tests, whose findings decide whether a run i
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterator, Sequence
 from math import atan, degrees
 
@@ -23,6 +24,7 @@ from vdyn_cli.io.clocks.tied_channels import tie_of
 from vdyn_cli.io.quality.acceleration_mistake import FEWEST_WINDOWS, gain_over_windows, mistake_finding
 from vdyn_cli.io.quality.cross_checks import AXLES, LEAST_DISTANCE
 from vdyn_cli.io.quality.distance_gain import common_gain, distance_gain, gain_finding, over_ground
+from vdyn_cli.io.quality.gain_changes import LOADS
 from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.project.checks.check_policy import CHECK
 from vdyn_cli.quantities.arrays import Array, Mask
@@ -72,6 +74,18 @@ def tied_pairs(
         total = float(np.nanmean(log["front_load"] + log["rear_load"])) / (known["mass"].value * GRAVITY)
         good = abs(total - 1.0) <= QUALITY.reported_scale
         yield _pair(log, "front_load + rear_load", "mass * g", f"gain {total:.3f}", good, gain=total)
+
+
+def untied_channels(logs: Sequence[Log], pairs: Sequence[TiedPair]) -> list[str]:
+    """The logged channels whose gain no pair determines in any run: a wrong or changed gain of them cannot be found.
+
+    Parameters
+    ----------
+    logs : as recorded. pairs : of all runs.
+    """
+    compared = {word for p in pairs if p.gain is not None for word in re.findall(r"\w+", f"{p.first} {p.second}")}
+    compared |= {"time", *(LOADS if "front_load" in compared else ())}
+    return sorted({n for log in logs for n in log.channels} - compared)
 
 
 def contradicted_radius(
