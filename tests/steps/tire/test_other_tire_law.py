@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -25,11 +27,18 @@ def exponential(slip: np.ndarray) -> np.ndarray:
     return np.sign(slip) * (1.05 * (1.0 - np.exp(-22.0 * np.abs(slip))) - 0.4 * np.abs(slip))
 
 
-def sweeps(reach: float, slip_zero: float = 0.0) -> tuple[Log, ...]:
+def odd_in_rim_slip(slip: np.ndarray) -> np.ndarray:
+    """The same friction over the slip relative to the rim's speed, which tread has when it enters the contact patch."""
+    return exponential(slip / (1.0 + slip))
+
+
+def sweeps(
+    reach: float, slip_zero: float = 0.0, law: Callable[[np.ndarray], np.ndarray] = exponential
+) -> tuple[Log, ...]:
     rng, time, logs = np.random.default_rng(5), np.arange(0.0, 12.0, 0.01), []
     for k in range(2):
         slip = reach * np.sin(2 * np.pi * time / 12.0)
-        force = 4000.0 * exponential(slip) + 15.0 * rng.standard_normal(time.size)
+        force = 4000.0 * law(slip) + 15.0 * rng.standard_normal(time.size)
         read = (1.0 + slip) * (1.0 + slip_zero) - 1.0 + 1e-3 * rng.standard_normal(time.size)
         load = 4000.0 + 15.0 * rng.standard_normal(time.size)
         logs.append(Log(f"sweep_{k}.csv", time, {"slip": read, "force_x": force, "force_z": load}))
@@ -42,6 +51,14 @@ def test_the_slope_of_sweeps_that_end_before_the_peak_is_covered() -> None:
     assert set(result.parameters) == {"tire_longitudinal_stiffness"}
     low, high = result.parameters["tire_longitudinal_stiffness"].interval95
     assert low < SLOPE < high < low + 0.25 * SLOPE
+
+
+@pytest.mark.slow  # three fits
+def test_a_curve_that_is_odd_in_the_slip_of_the_rim_is_followed_in_driving_and_braking() -> None:
+    result = prepare(SPEC, sweeps(0.25, law=odd_in_rim_slip), Parameters()).publish()
+    low, high = result.parameters["tire_longitudinal_stiffness"].interval95
+    assert low < SLOPE < high < low + 0.25 * SLOPE
+    assert result.fit.rms < 1.2 * result.fit.noise_floor
 
 
 def patch(slip: np.ndarray, speed: float) -> np.ndarray:

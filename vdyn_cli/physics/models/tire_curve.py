@@ -15,6 +15,8 @@ SHIFTS = ("tire_Sh", "tire_Sv")  # of slip and friction, 0 unless they are unkno
 BRAKING = ("braking_B", "braking_D")  # relative excess of B and D in braking over driving, 0 unless they are unknown
 DEPARTURE = tuple(f"tire_shape_{k}" for k in (2, 3, 4, 5, 6))  # 0 unless they are unknown
 KEPT_SLOPE = "tire_kept_slope"  # 0 unless it is unknown
+RIM_SHARE = "tire_rim_share"  # 0 unless it is unknown
+LEAST_TURN = 0.02  # ratio of the rim's to the hub's speed, below which a wheel counts as locked
 LEAST_GRIP = 0.1  # share of D, below which the curve keeps its shape
 TURN = 1e-4  # slip over which the curve changes from braking to driving
 
@@ -27,9 +29,14 @@ def _force(e: ModelBuilder, u: Signals, read: Number, **sliding: Number) -> None
     ``static_load`` is the load to which D refers. Where the friction changes from D' to D'', B' becomes
     B' (1 + k (D' / D'' - 1)): with k = 0 the slope at zero slip changes as the friction does, with k = 1 it stays
     (similarity method, Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012, section 4.2), as in the brush model.
+
+    The curve is odd in s (1 + s)^(-q): with q = 0 in the slip, relative to the hub's speed; with q = 1 in s / (1 + s),
+    relative to the rim's speed, with which tread enters the contact patch (section 3.2), so that the force in braking
+    rises and falls within less slip than in driving.
     """
     p, load = e.p, e("force_z", value=u.load)
     slip = read + p.tire_Sh
+    slip = slip * maths.fmax(1 + slip, LEAST_TURN) ** (-p.tire_rim_share)
     braking = (1 - slip / sqrt(slip * slip + TURN**2)) / 2
     peak = p.tire_D * (1 + p.braking_D * braking)
     grip = e(
@@ -74,7 +81,7 @@ def _slipped(e: ModelBuilder, u: Signals) -> None:
     _force(e, u, e("slip", value=(1 + u.slip) * (1 + e.p.radius_error) - 1, slip_rate=u.slip_rate))
 
 
-_CONSTANTS = (*SHAPE, *SHIFTS, *BRAKING, *DEPARTURE, KEPT_SLOPE, "radius_error", "static_load")
+_CONSTANTS = (*SHAPE, *SHIFTS, *BRAKING, *DEPARTURE, KEPT_SLOPE, RIM_SHARE, "radius_error", "static_load")
 
 # ``slip_gradient``, 1/m, and ``slip_rate``, 1/s, are the decrease of the slip that acts per lag in distance and in time
 # (in a slow sweep its change); ``elapsed`` is the time since the sweep began, s; ``swept`` is the same with the

@@ -13,10 +13,8 @@ from vdyn_cli.physics.models.tire_curve import SHAPE, SHIFTS, peak_slip
 from vdyn_cli.quantities.arrays import Array, rms
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.contract import NO_VALUES
-from vdyn_cli.steps.tire.tire_regression import TireCurveProblem
+from vdyn_cli.steps.tire.tire_regression import CAR_TIRES, TireCurveProblem
 
-# Shapes of passenger car tires, mean and standard deviation, for a curve whose peak was not reached.
-CAR_TIRES = {"tire_C": (1.6, 0.15), "tire_E": (0.0, 0.6)}
 SHAPES = ("tire_C", "tire_E")  # determine the curve beyond its steep part
 EXACT = 1e-3  # share of a prior's standard deviation that practically fixes the unknown
 GRID = 300  # slips, on which the peak of a curve is searched

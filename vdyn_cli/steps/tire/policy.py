@@ -20,6 +20,10 @@ class TirePolicy:
     """[share of the peak friction] standard deviation of each coefficient of a curve's departure from the magic
     formula. Coefficients fitted to brush and exponential laws reach 0.15."""
 
+    free_form_e: float = 2.0
+    """[-] standard deviation of E, about 0, for a curve that may depart from the magic formula. Fitted to laws of other
+    forms, the magic formula has E from -3 to 1."""
+
     departs: float = 0.003
     """[probability] below which the sweeps contradict the magic formula, and the slope at zero slip is that of a curve
     with a free form: three standard deviations. The free form's interval is wider, and a tire of the formula seldom
@@ -30,6 +34,11 @@ class TirePolicy:
     a curve that may depart from the magic formula. 0: the whole curve is scaled (load sensitivity of the contact); 1:
     the slope of the tread's stiffness stays, as in the brush model (Pacejka, section 4.2). The middle is one standard
     deviation from both."""
+
+    rim_share: float = 0.5
+    """[share] q of the curve in s (1 + s)^(-q), s the slip: mean and standard deviation for a curve that may depart
+    from the magic formula. 0: the formula, odd in the slip; 1: models of the contact patch, odd in the slip relative to
+    the rim's speed (Pacejka, section 3.2). The middle is one standard deviation from both."""
 
     two_peaks: float = 0.04
     """[share of the friction] by which the peaks in driving and braking must differ to be reported. Twice the effect of

@@ -24,13 +24,13 @@ from vdyn_cli.steps.failure import UnpublishedError, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.tire.binned_sweep import binned_sweep
-from vdyn_cli.steps.tire.fitted_curve import CAR_TIRES, FittedCurve, explains_more, fitted_curve
+from vdyn_cli.steps.tire.fitted_curve import FittedCurve, explains_more, fitted_curve
 from vdyn_cli.steps.tire.parts import tire_parts
 from vdyn_cli.steps.tire.policy import TIRE_POLICY
 from vdyn_cli.steps.tire.result import STIFFNESS, tire_result
 from vdyn_cli.steps.tire.slip_sweeps import slip_sweeps
 from vdyn_cli.steps.tire.spec import TireSpec
-from vdyn_cli.steps.tire.tire_regression import FEW_TERMS, TireCurveProblem, departing
+from vdyn_cli.steps.tire.tire_regression import CAR_TIRES, FEW_TERMS, TireCurveProblem, departing
 
 FREE_FORCE = 300.0  # N, plausible amplitude of a free profile: a tenth of the friction of a car's wheel
 HELD = 1e-4  # relative standard deviation of a shape factor that is stated without one
@@ -151,7 +151,7 @@ class TireProblem(SimulatedProblem):
         open_end = formula.peak is None and formula.fit.scale == 1.0
         prior = (self.formula or self.fit).prior
         try:
-            forms = _free_forms(replace(formula.fit, prior=prior, scale=1.0))
+            forms = _free_forms(replace(formula.fit, prior=prior, scale=1.0, begin=formula.solution.values))
             curve = next(forms)
             if self.formula or open_end or explains_more(curve, formula, TIRE_POLICY.departs):
                 return tire_result(curve, prior, self.logs, formula, next(forms, curve))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import NamedTuple
@@ -18,6 +18,7 @@ from vdyn_cli.physics.models.tire_curve import (
     BRAKING,
     DEPARTURE,
     KEPT_SLOPE,
+    RIM_SHARE,
     SHAPE,
     SHIFTS,
     SLIP_CURVE,
@@ -35,8 +36,11 @@ from vdyn_cli.steps.tire.policy import TIRE_POLICY
 RANGES = {"tire_B": (0.5, 80.0), "tire_C": (0.6, 2.0), "tire_D": (0.05, 3.0), "tire_E": (-15.0, 1.0)}
 RANGES |= {"tire_Sh": (-0.2, 0.2), "tire_Sv": (-0.5, 0.5), "braking_B": (-0.8, 4.0), "braking_D": (-0.8, 2.0)}
 # Ten standard deviations of the priors, which hold these, so that a fit does not stop at a bound.
-RANGES |= {**dict.fromkeys(DEPARTURE, (-1.0, 1.0)), KEPT_SLOPE: (-5.0, 6.0)}
-FREE_FORM = {*DEPARTURE, KEPT_SLOPE}
+RANGES |= {**dict.fromkeys(DEPARTURE, (-1.0, 1.0)), KEPT_SLOPE: (-5.0, 6.0), RIM_SHARE: (-5.0, 6.0)}
+# Shapes of passenger car tires, mean and standard deviation, for a curve whose peak was not reached.
+CAR_TIRES = {"tire_C": (1.6, 0.15), "tire_E": (0.0, 0.6)}
+FREE_SHAPE = {**CAR_TIRES, "tire_E": (0.0, TIRE_POLICY.free_form_e)}  # beside a departure, which can replace them
+FREE_FORM = {*DEPARTURE, KEPT_SLOPE, RIM_SHARE}
 FEW_TERMS = DEPARTURE[:3]  # with which these laws are followed within 0.2 %; more make the slope at zero uncertain
 ZERO = "force_zero"  # N, of the longitudinal force in one sweep
 NEAR_ZERO = 0.4  # share of the largest friction below which the curve is nearly straight
@@ -69,6 +73,7 @@ class TireCurveProblem:
         weight.
     free : those of SHIFTS, BRAKING and DEPARTURE that are unknown.
     force_zero : N, standard deviation of the zero of the longitudinal force from sweep to sweep; 0: exact.
+    begin : unknowns of a simpler curve's fit, from which this one starts; None: several start values of C.
     """
 
     sweeps: tuple[BinnedSweep, ...]
@@ -78,6 +83,7 @@ class TireCurveProblem:
     scale: float = 1.0
     free: tuple[str, ...] = ()
     force_zero: float = 0.0
+    begin: Mapping[str, float] | None = None
 
     def minima(self) -> tuple[Solution, ...]:
         """Fits from several start values of C, with slips projected repeatedly until the curve converges.
@@ -91,11 +97,13 @@ class TireCurveProblem:
         ------
         ResultError : every fit fails, or no projection converges.
         """
-        found, failed = _fits_from(self, self.first_values)
+        found, failed = _fits_from(self, [{**self.first_values, **self.begin}]) if self.begin is not None else ([], [])
+        if not found:
+            found, failed = _fits_from(self, _with_each_c(self, self.first_values))
         refused = failed[0] if not found and self.added.effects else None
         if isinstance(refused, RefusedFitError) and (end := refused.solution()):
             # Effects that the first values lack led to the shape's bounds: once more, with the effects found.
-            found, _ = _fits_from(self, {**end.values, "tire_E": 0.0})
+            found, _ = _fits_from(self, _with_each_c(self, {**end.values, "tire_E": 0.0}))
         if not found:
             raise failed[0]
         found.sort(key=lambda s: s.cost)
@@ -109,7 +117,7 @@ class TireCurveProblem:
             at, _ = last
             # A lag of which the first round has only the first-order change can push the shape to its bounds.
             fit = partial(solve, self.regression(at))
-            solution = even_if_refused(fit) if self.added.effects else fit()
+            solution = even_if_refused(fit) if _gradual(self) else fit()
             return (solution.values, solution), solution.move_from({n: at[n] for n in solution.names})
 
         first: _Projected = (start, None)
@@ -120,7 +128,7 @@ class TireCurveProblem:
             what = "the projection of the slips onto the curve has not converged"
             finding = Finding("fit", what, "", "check the noise of the slip and the wheel radius")
             raise RefusedFitError([finding], self.regression(last.values), lambda: last)
-        return solve(self.regression(settled.state[0])) if self.added.effects else last
+        return solve(self.regression(settled.state[0])) if _gradual(self) else last
 
     def regression(self, at: Mapping[str, float], start: Mapping[str, float] = NO_VALUES) -> Regression:
         """The regression over all sweeps with slips projected onto the curve ``at``, started at ``start``, else ``at``.
@@ -129,7 +137,7 @@ class TireCurveProblem:
         ----------
         at, start : values of unknowns by name; omitted ones have the start values of this fit.
         """
-        begin = {**self.first_values, **(start or at)}
+        begin, free = {**self.first_values, **(start or at)}, KEPT_SLOPE in self.free
         shape = [
             Unknown(
                 n,
@@ -137,7 +145,7 @@ class TireCurveProblem:
                 *RANGES[n],
                 prior=self.prior.get(n),
                 nuisance=n in FREE_FORM,
-                prior_stated=n not in FREE_FORM,
+                prior_stated=n not in FREE_FORM and not (free and self.prior.get(n) == FREE_SHAPE.get(n)),
             )
             for n in (*SHAPE, *self.free)
         ]
@@ -258,24 +266,39 @@ class TireCurveProblem:
 def departing(fit: TireCurveProblem, terms: Sequence[str]) -> TireCurveProblem:
     """The same sweeps with a departure of the curve from the magic formula; ``terms`` are some of DEPARTURE.
 
-    Whether a change of the friction also changes the slope at zero slip is then unknown, too.
+    Whether a change of the friction also changes the slope at zero slip is then unknown, too. Since a departure can
+    replace C and E, these have priors where none is stated.
     """
     prior = {
+        **FREE_SHAPE,
         **fit.prior,
         **dict.fromkeys(terms, (0.0, TIRE_POLICY.departure)),
         KEPT_SLOPE: (TIRE_POLICY.kept_slope, TIRE_POLICY.kept_slope),
+        RIM_SHARE: (TIRE_POLICY.rim_share, TIRE_POLICY.rim_share),
     }
-    return replace(fit, free=(*fit.free, *terms, KEPT_SLOPE), prior=prior)
+    return replace(fit, free=(*fit.free, *terms, KEPT_SLOPE, RIM_SHARE), prior=prior)
 
 
-def _fits_from(fit: TireCurveProblem, first: Mapping[str, float]) -> tuple[list[Solution], list[ResultError]]:
-    """Fits from the start values of C, the others as in ``first``; and why others failed."""
+def _with_each_c(fit: TireCurveProblem, first: Mapping[str, float]) -> list[dict[str, float]]:
+    """Start values with each start value of C, or the stated one, and the slope at zero slip of ``first``."""
+    stated, slope = fit.prior.get("tire_C"), first["tire_B"] * first["tire_C"]
+    each = STARTS if stated is None else (float(np.clip(stated[0], *RANGES["tire_C"])),)
+    return [{**fit.first_values, **first, "tire_B": slope / c, "tire_C": c} for c in each]
+
+
+def _gradual(fit: TireCurveProblem) -> bool:
+    """Whether rounds before the last may be refused: with effects or a free form, from values far from the curve."""
+    return bool(fit.added.effects) or KEPT_SLOPE in fit.free
+
+
+def _fits_from(
+    fit: TireCurveProblem, starts: Iterable[Mapping[str, float]]
+) -> tuple[list[Solution], list[ResultError]]:
+    """Fits from several start values; and why others failed."""
     found, failed = list[Solution](), list[ResultError]()
-    stated = fit.prior.get("tire_C")
-    for c in STARTS if stated is None else (float(np.clip(stated[0], *RANGES["tire_C"])),):
-        b = first["tire_B"] * first["tire_C"] / c
+    for start in starts:
         try:
-            found.append(fit.settled({**fit.first_values, **first, "tire_B": b, "tire_C": c}))
+            found.append(fit.settled(start))
         except ResultError as error:
             failed.append(error)
     return found, failed
@@ -289,6 +312,7 @@ def _first_extra(free: Sequence[str], slip: Array, friction: Array) -> dict[str,
     found = {
         **dict.fromkeys((*SHIFTS, *BRAKING, *DEPARTURE), 0.0),
         KEPT_SLOPE: TIRE_POLICY.kept_slope if KEPT_SLOPE in free else 0.0,
+        RIM_SHARE: TIRE_POLICY.rim_share if RIM_SHARE in free else 0.0,
     }
     high, low = (float(np.quantile(friction, q)) for q in (0.98, 0.02))
     if not low < 0.0 < high:
