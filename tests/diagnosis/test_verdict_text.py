@@ -45,6 +45,13 @@ def test_axles_that_differ_significantly_have_their_own_amplitudes(half: float, 
     assert amplitude_text(found, sizes) == f" (-0.200 +- 0.060{axles})"
 
 
+def test_shares_of_the_axles_are_in_percent_as_their_mean() -> None:
+    found = next(e for e in catalog() if e.name == "load_crosstalk")
+    unknowns = {"load_crosstalk": (0.02, 0.006), "load_crosstalk_balance": (0.9, 0.3)}
+    sizes = {n: Estimate(v, h / 1.96, (v - h, v + h), "", "", found.name) for n, (v, h) in unknowns.items()}
+    assert amplitude_text(found, sizes) == " (2.00 +- 0.60 %; front 3.80, rear 0.20)"
+
+
 PLURAL = (
     "accelerometer_slope", "asymmetric_damping", "brake_drag", "brake_drag_fading", "bump_stop", "degressive_damping",
     "front_load_gain", "load_crosstalk", "progressive_spring", "rear_load_delay", "rear_load_gain",

@@ -274,20 +274,20 @@ def amplitude_text(effect: Effect, amplitudes: Mapping[str, Estimate]) -> str:
     beyond = not low <= e.value <= high
     text += ", beyond the plausible range" if beyond else ""
     in_brackets = beyond or (any(word in effect.label.split() for word in CLAUSE) and "(" not in text)
-    axles = _of_axles(e, amplitudes.get(f"{name}_balance"), places)
+    axles = _of_axles(scale * e.value, amplitudes.get(f"{name}_balance"), places)
     if in_brackets:
         return f" ({text}{axles and f'; {axles}'})" + _factor_text(effect, e)
     return f" of {text}{axles and f' ({axles}{unit})'}" + _factor_text(effect, e)
 
 
-def _of_axles(mean: Estimate, balance: Estimate | None, places: int) -> str:
+def _of_axles(mean: float, balance: Estimate | None, places: int) -> str:
     """The amplitudes of the front and the rear axle, where they differ significantly; else empty.
 
     ``balance`` b is (front - rear)/(front + rear): 1 + b times the mean in front, 1 - b at the rear.
     """
     if balance is None or balance.interval95[0] <= 0.0 <= balance.interval95[1]:
         return ""
-    front, rear = (mean.value * (1.0 + sign * balance.value) for sign in (1.0, -1.0))
+    front, rear = (mean * (1.0 + sign * balance.value) for sign in (1.0, -1.0))
     return f"front {front:.{places}f}, rear {rear:.{places}f}"
 
 
