@@ -222,7 +222,8 @@ def test_each_coast_down_of_a_long_log_is_a_run(tmp_path: Path) -> None:
     speed = np.concatenate([*legs, *legs[:3], legs[3], *legs[:3]])
     heading = np.repeat([30.0, 210.0, 30.0], [550, 600, speed.size - 1150])
     columns_ = {"time_s": np.arange(speed.size) / 4.0, "speed_mpers": speed, "Heading_deg": heading}
-    _, description = draft("coastdown", table(tmp_path / "long.csv", **columns_))
+    found, description = draft("coastdown", table(tmp_path / "long.csv", **columns_))
+    assert "remove those that were braked or driven" in found.text
     runs = description["runs"]
     assert [run["direction"] for run in runs] == ["out", "back", "out"]
     windows = [[float(run[key].split()[0]) for key in ("from_time", "to_time")] for run in runs]

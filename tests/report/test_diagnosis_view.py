@@ -138,6 +138,18 @@ def test_a_profile_of_many_values_is_given_by_its_largest() -> None:
     assert plain(size) == "8 values, largest 0.0080 ± 0.0080"
 
 
+def test_one_test_of_several_effects_is_one_row_beside_a_planned_one() -> None:
+    read = {"manoeuvre": "Read it at rest.", "expected_t": None, "runs": None}
+    planned = {"manoeuvre": "Two coasts.", "separates": ["mass_error"], "expected_t": 9.0, "runs": 2}
+    again = {**planned, "manoeuvre": "Weigh the car.", "expected_t": None, "runs": None}
+    entries = [planned, again, {**read, "separates": ["wheel_radius"]}, {**read, "separates": ["torque_gain"]}]
+    rows = table(shown(next_test=entries, verdict="ambiguous"), "Next test").rows
+    assert [row[:2] for row in rows] == [
+        ("Two coasts.", "a wrong mass"),
+        ("Read it at rest.", "a wrong wheel radius; a drive torque with a wrong gain"),
+    ]
+
+
 def test_empty_columns_of_next_tests_are_left_out() -> None:
     found = table(shown(), "Tests for the remaining effects")
     assert found.columns == ("what to do", "separates", "runs", "expected t")

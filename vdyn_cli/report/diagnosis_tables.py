@@ -203,29 +203,30 @@ def not_testable(entries: Sequence[NotTestable], known: Mapping[str, float]) -> 
 
 
 def next_tests(entries: Sequence[NextTest], answered: bool) -> TextTable | None:
-    """The recommended next tests.
+    """The recommended next tests: one row for each, and none for an effect that a test with an expected t separates.
 
     Parameters
     ----------
     answered : the verdict is clear, so that the tests are for effects that these data cannot detect.
     """
-    rows = [
-        (
-            typography.prose(e.manoeuvre),
-            _separated([effect_labels.combined(n) for n in e.separates]),
-            "" if e.runs is None else str(e.runs),
-            "" if e.expected_t is None else typography.shortest(e.expected_t),
-        )
-        for e in entries
-    ]
+    planned = [e.separates for e in entries if e.expected_t is not None]
+    rows: dict[tuple[str, str, str], list[str]] = {}
+    for e in entries:
+        if e.expected_t is None and e.separates in planned:
+            continue
+        runs = "" if e.runs is None else str(e.runs)
+        t = "" if e.expected_t is None else typography.shortest(e.expected_t)
+        effects = _separated([effect_labels.combined(n) for n in e.separates])
+        rows.setdefault((typography.prose(e.manoeuvre), runs, t), []).append(effects)
+    shown = [(what, "; ".join(effects), runs, t) for (what, runs, t), effects in rows.items()]
     caption = "These tests reveal the effects that the present data cannot reveal." if answered else ""
-    if any(row[3] for row in rows):
+    if planned:
         apart = "the effect, with the amplitude assumed below, differs from zero" if answered else "the effects differ"
         caption += f" Expected t: by how many standard errors {apart}; 6 is safe, 2 is not."
     title = "Tests for the remaining effects" if answered else "Next test"
     separates = "separates" if any(len(e.separates) > 1 for e in entries) else "effect"
     columns = ("what to do", separates, "runs", "expected t")
-    return _filled(title, caption.strip(), columns, rows, (False, False, True, True))
+    return _filled(title, caption.strip(), columns, shown, (False, False, True, True))
 
 
 def _separated(labels: Sequence[str]) -> str:

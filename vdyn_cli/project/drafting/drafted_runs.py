@@ -110,7 +110,8 @@ def runs_of_one_logger(
     folder : of the description, to which the names of logs are relative.
     """
     falling = source_of(step, falling, logs[0])
-    logs = [part for log in logs for one in split_recordings(log) for part in split_coast_downs(one, falling, drive)]
+    whole = [one for log in logs for one in split_recordings(log)]
+    logs = [part for one in whole for part in split_coast_downs(one, falling, drive)]
     usual = reference_log(logs, channels_needed(step, logs))
     left_out = why_left_out(logs, usual, channels_needed(step, logs), falling, drive)
     kept = [log for log, why in zip(logs, left_out, strict=True) if not why]
@@ -118,8 +119,10 @@ def runs_of_one_logger(
     windows = [log.window if why else "" for log, why in zip(logs, left_out, strict=True)]
     entries = [f"log: {quoted(relative_path(folder, log.path))}{own}" for log, own in zip(logs, windows, strict=True)]
     differ = ["".join(f", {key}: {own}" for key, own in log.differing(usual, mapped).items()) for log in kept]
+    split = ["  # parts of a log in which the speed decreases: remove those that were braked or driven"]
+    split = split if len(logs) > len(whole) else []
     return DraftedRuns(
-        [*_reading(kept), "channels:", *lines, *without_coast_down(kept, falling, drive)],
+        [*_reading(kept), "channels:", *lines, *without_coast_down(kept, falling, drive), *split],
         mapped,
         undecided,
         entries,
