@@ -12,7 +12,7 @@ from tests.effects.recovered import added
 from tests.plant import tire as plant
 from tests.plant.vehicle import Vehicle, random_vehicle
 from vdyn_cli.physics.models.tire_curve import SHAPE, peak_slip
-from vdyn_cli.quantities.errors import InputError, ResultError
+from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Result
@@ -88,6 +88,17 @@ def test_a_peak_out_of_reach_leaves_the_slope_alone() -> None:
     assert any("only the product" in w for w in result.fit.warnings)
     assert "do not determine its peak" in result.sentence
     assert set(result.withheld) == set(SHAPE)
+
+
+@pytest.mark.slow
+def test_the_reason_is_stated_why_a_curve_with_a_free_form_cannot_be_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(bare: object) -> None:
+        raise ResultError(Finding("fit", "tire_C lies at its upper bound"))
+
+    monkeypatch.setattr(problem, "_free_forms", refused)
+    short, whole = (run(random_vehicle(7), 7, peak=peak).fit.warnings for peak in (False, True))
+    assert any("free form cannot be fitted (tire_C lies at its upper bound)" in w for w in short)
+    assert not any("free form" in w for w in whole)
 
 
 @pytest.mark.slow

@@ -23,6 +23,7 @@ from vdyn_cli.steps.effect_estimates import unbounded, unknowns_of_profiles
 from vdyn_cli.steps.failure import UnpublishedError, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
+from vdyn_cli.steps.tire import text
 from vdyn_cli.steps.tire.binned_sweep import binned_sweep
 from vdyn_cli.steps.tire.fitted_curve import FittedCurve, explains_more, fitted_curve
 from vdyn_cli.steps.tire.parts import tire_parts
@@ -146,7 +147,8 @@ class TireProblem(SimulatedProblem):
     def _shown(self, formula: FittedCurve) -> Result:
         """The result of a fit of the magic formula, or of a free form that explains the sweeps significantly better.
 
-        The free form is also taken where the sweeps end before the peak: the slope then depends on the curve's form.
+        The free form is also taken where the sweeps end before the peak: the slope then depends on the curve's form. A
+        warning says why it cannot be fitted, where the sweeps end before the peak or contradict the formula.
         """
         open_end = formula.peak is None and formula.fit.scale == 1.0
         prior = (self.formula or self.fit).prior
@@ -155,9 +157,14 @@ class TireProblem(SimulatedProblem):
             curve = next(forms)
             if self.formula or open_end or explains_more(curve, formula, TIRE_POLICY.departs):
                 return tire_result(curve, prior, self.logs, formula, next(forms, curve))
-        except ResultError:
+        except ResultError as error:
             if self.formula is not None:
                 raise
+            result = tire_result(formula, prior, self.logs)
+            if not (open_end or result.fit.misfit):
+                return result
+            warnings = (*result.fit.warnings, text.no_free_form(error.findings[0].reason))
+            return replace(result, fit=replace(result.fit, warnings=warnings))
         return tire_result(formula, prior, self.logs)
 
     def _odd_sweep(self) -> tuple[Finding, ...]:

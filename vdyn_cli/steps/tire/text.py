@@ -66,6 +66,14 @@ def departure(slope: Estimate, formula: Estimate, peak: float | None) -> tuple[s
     )
 
 
+def no_free_form(reason: str) -> str:
+    """The warning that only the magic formula can be fitted; ``reason``: why a curve with a free form cannot."""
+    return (
+        f"a curve with a free form cannot be fitted ({reason}): the slope at zero slip is that of the magic formula, "
+        "and its interval does not include other forms"
+    )
+
+
 def peak_by_priors(reach: float, peak: float) -> str:
     """The warning that the peak was not reached; ``reach`` is the largest slip measured, ``peak`` that of the peak."""
     return (
