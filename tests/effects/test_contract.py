@@ -15,7 +15,7 @@ from tests.engine.plants import HALF_CAR, ROAD_LOAD
 from vdyn_cli import steps
 from vdyn_cli.commands.contract_checks import finite_derivatives, nothing_at_zero, shipped_models, typical_constants
 from vdyn_cli.commands.explain import explanation
-from vdyn_cli.effects import PROPERTIES, SITUATIONS, Effect, candidates, catalog
+from vdyn_cli.effects import PROPERTIES, SITUATIONS, Effect, candidates, catalog, in_other_form
 from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.engine.graph import trace
 from vdyn_cli.engine.model import Model
@@ -173,3 +173,12 @@ def trajectory(model: Model) -> tuple[Drive, dict[str, float], Simulated | None]
         return drive, parameters, Simulator(model, parameters, backend="vm")(drive)
     except ResultError:
         return drive, parameters, None
+
+
+@pytest.mark.parametrize("effect", [e for e in EFFECTS if e.other_law], ids=lambda effect: effect.name)
+def test_another_form_of_a_law_is_nothing_at_zero(effect):
+    other = in_other_form(effect)
+    assert other.name == effect.name
+    assert other.unknowns == effect.unknowns
+    assert in_other_form(other) is None
+    assert not list(nothing_at_zero(other, MODELS[models_that_take(effect)[0]]))

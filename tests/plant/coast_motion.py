@@ -16,6 +16,7 @@ tire_warmup                share by which rolling is higher when the day begins;
 temperature_rolling        1/K: rolling / (1 + size (T - 20 degC)), T of each run
 brake_drag                 N at the road, constant
 brake_drag_fading          N at the road at each run's start; fades with ``brake_drag_fading_time`` (20 s)
+slow_release               N at the road at each run's start; a half of it is left after 15 s, a third after 30 s ...
 driveline_drag             N at the road; ``driveline_drag_viscous`` N s/m adds to it
 rotating_mass              kg of rotating mass that the tester does not know
 mass_error                 the true mass is (1 + size) x the known one
@@ -46,7 +47,7 @@ EFFECTS = (
     *("tire_warmup", "tire_warmup_time", "temperature_rolling", "brake_drag", "brake_drag_fading"),
     *("brake_drag_fading_time", "driveline_drag", "driveline_drag_viscous", "rotating_mass", "mass_error"),
     *("wheel_radius", "drag_bump", "fast_drag", "speed_scale", "speed_delay", "torque_gain", "torque_offset"),
-    *("accelerometer_offset", "accelerometer_tilt", "body_pitch"),
+    *("slow_release", "accelerometer_offset", "accelerometer_tilt", "body_pitch"),
 )
 
 
@@ -152,6 +153,8 @@ class Car:
         friction = coefficient * (weight if slope is None else weight * np.cos(slope)) + self.constant_force
         if q["brake_drag_fading"]:
             friction = friction + q["brake_drag_fading"] * np.exp(-time / self.fade_time)
+        if q["slow_release"]:
+            friction = friction + q["slow_release"] * 15.0 / (15.0 + time)
         resistance = self.drag * air * np.abs(air) + friction * np.tanh(speed / 0.02)
         if q["drag_bump"]:
             resistance = resistance + q["drag_bump"] * np.exp(-0.5 * ((speed - 15.0) / 1.5) ** 2)

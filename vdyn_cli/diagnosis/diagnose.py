@@ -14,6 +14,7 @@ from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup, PreparedStep, alr
 from vdyn_cli.diagnosis.extend.amplitudes import fitted_amplitudes, open_amplitudes
 from vdyn_cli.diagnosis.extend.extension import Extension, extended, publish_with
 from vdyn_cli.diagnosis.extend.open_answers import holding_free_curve, with_open_answers
+from vdyn_cli.diagnosis.extend.other_laws import holding_other_laws
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name.candidate_judgment import judge
 from vdyn_cli.diagnosis.name.nuisance_effects import with_nuisance_effects
@@ -94,6 +95,7 @@ def _diagnosed(
     diagnosis = with_published_part(_described(prepared, strategy, judgment, extension, base), by_part)
     result = with_open_answers(strategy, judgment, extension, problem, base)
     law = strategy.model.setup.candidates[by_part.law.effect] if by_part.law is not None else None
+    result = holding_other_laws(strategy, judgment, result, problem)
     result = holding_free_curve(result, free_curve(by_part, judgment, extension.effects), law, problem)
     diagnosis = _doubted(with_undetected_bias(diagnosis, result.parameters), result, doubts)
     notes = (*extension.failed, *already_included(prepared, setup), *_note(diagnosis))

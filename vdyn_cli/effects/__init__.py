@@ -4,7 +4,7 @@ An installed package adds an effect with the entry point ``vdyn.effects: NAME = 
 """
 
 from vdyn_cli.effects.definition.catalog import candidates, catalog, extensions_in_si, refused_effects
-from vdyn_cli.effects.definition.effect import PROPERTIES, SITUATIONS, Effect, effect, enlarged, reads
+from vdyn_cli.effects.definition.effect import PROPERTIES, SITUATIONS, Effect, effect, enlarged, in_other_form, reads
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.quantities.quantity import Quantity
 
@@ -21,6 +21,7 @@ __all__ = [
     "effect",
     "enlarged",
     "extensions_in_si",
+    "in_other_form",
     "reads",
     "refused_effects",
 ]

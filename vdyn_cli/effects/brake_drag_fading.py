@@ -2,6 +2,12 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 from vdyn_cli.engine.maths import exp
 
 
+def _hyperbolic(brake: Law, s: Signals, q: Signals) -> Number:
+    """F = Fb / (1 + t/T): the mean of pads and discs that release with times of many sizes."""
+    rubbing = q.brake_drag_fading / (1.0 + s.run_time / q.brake_drag_fading_time)
+    return brake(s.but(brake_force=s.brake_force + s.share * rubbing))
+
+
 @effect(
     on="brake",
     unknowns=(
@@ -15,6 +21,7 @@ from vdyn_cli.engine.maths import exp
     alike=("extra_drag_area", "drag_area", "tire_warmup"),
     confirm="Do not touch the brakes for a minute before a run, or start coasts from different speeds.",
     tags={"begins_with_run", "of_a_car", "test_only", "open_road", "wheel_spin"},
+    other_law=_hyperbolic,
 )
 def brake_drag_fading(brake: Law, s: Signals, q: Signals) -> Number:
     """Pads that still rub after braking, and then release.
@@ -23,6 +30,8 @@ def brake_drag_fading(brake: Law, s: Signals, q: Signals) -> Number:
 
     with F and Fb in N, all wheels together (for a wheel with a force sensor: at its rim), t the time since the start of
     the run's log and T the time constant, s. T is 20 s where the data do not determine it.
+    Where coasts begin at one speed, a slower decay, F = Fb / (1 + t/T), differs from it like a drag area: intervals
+    include it.
     """
     rubbing = q.brake_drag_fading * exp(-s.run_time / q.brake_drag_fading_time)
     return brake(s.but(brake_force=s.brake_force + s.share * rubbing))

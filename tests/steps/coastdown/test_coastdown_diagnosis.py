@@ -145,6 +145,23 @@ def test_brakes_that_let_go_slower_than_they_usually_do_are_still_brakes(tmp_pat
 
 
 @pytest.mark.slow
+def test_intervals_include_a_brake_that_releases_more_slowly_than_exponentially(tmp_path: Path) -> None:
+    vehicle = random_vehicle(SEED)
+    day = coast.Day(runs=12, start_speed=32.0, end_speed=4.0, rate=5.0)
+    made = document(described(tmp_path, {"slow_release": 180.0}, day))
+    told = made["diagnosis"]
+    assert "brake_drag_fading" in [
+        *(c["effect"] for c in told["causes"]),
+        *(e for some in told["ambiguous"] for e in some),
+    ]
+    for row in made["road_load"]["force"]:
+        speed = row["speed_kmh"] / 3.6
+        true = vehicle.rolling_resistance * vehicle.mass * GRAVITY + 0.5 * AIR_DENSITY * vehicle.drag_area * speed**2
+        low, high = row["interval95"]
+        assert low < true < high
+
+
+@pytest.mark.slow
 def test_a_force_at_high_speed_is_an_answer_beside_the_brake_that_imitates_it(tmp_path: Path) -> None:
     """All runs begin at the same speed, so that it falls off with time as well: 61 N at 100 km/h."""
     vehicle, size = random_vehicle(SEED), 1.0  # N s^2/m^2

@@ -205,7 +205,7 @@ def _wanted(extend: str | list[str], setup: DiagnosisSetup, judgment: Judgment, 
 
 
 def publish_with(
-    problem: Problem, effects: Sequence[Effect], start: Mapping[str, float] = NO_VALUES
+    problem: Problem, effects: Sequence[Effect], start: Mapping[str, float] = NO_VALUES, prior: bool = False
 ) -> tuple[Result | None, tuple[Finding, ...]]:
     """The step's estimate with effects in its model, or findings why there is none.
 
@@ -214,11 +214,12 @@ def publish_with(
     Parameters
     ----------
     effects : without any, no estimate is made. start : starting values of the effects' unknowns.
+    prior : give amplitudes a prior about zero, as wide as their ranges.
     """
     if not effects:
         return None, ()
     failed: tuple[Finding, ...] = ()
-    extra = [started_at(u, start) for e in effects for u in unknowns_of(e, holding=start)]
+    extra = [started_at(u, start) for e in effects for u in unknowns_of(e, prior, holding=start)]
     shapes = {n for e in effects for n in shapes_of(e)}
     for free in (extra, [u for u in extra if u.name not in shapes]) if shapes else (extra,):
         result = published(problem, AddedEffects(tuple(effects), tuple(free)))

@@ -35,7 +35,8 @@ class FitPolicy:
 
     catalog_prior: float = 0.5
     """[share of the plausible range] standard deviation of the prior while all candidates are fitted at once. Two
-    standard deviations reach the edge of the plausible range. Only the noise estimate uses it."""
+    standard deviations reach the edge of the plausible range. Of published results, only laws in another form use it,
+    to which intervals extend: coasts that begin at one speed leave their amplitude open."""
 
     shape_prior: float = 0.25
     """[share of the range] standard deviation of the prior of a shape parameter about its nominal value. Two standard

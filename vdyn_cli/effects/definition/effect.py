@@ -80,6 +80,8 @@ class Effect:
     gain_of : the channel whose relative gain error is the first unknown; empty for others.
     every_day : standard deviation of the first unknown over test days, of an effect that is never absent, such as
         wind; 0 for others.
+    other_law : another form of ``law`` with the same unknowns, where physics does not determine the form: intervals
+        include the answer with it.
     """
 
     name: str
@@ -104,6 +106,7 @@ class Effect:
     corrects: str
     gain_of: str = ""
     every_day: float = 0.0
+    other_law: EffectLaw | None = None
 
     @property
     def law(self) -> EffectLaw:
@@ -161,6 +164,14 @@ class Effect:
         return self.tags - PROPERTIES.keys()
 
 
+def in_other_form(effect: Effect) -> Effect | None:
+    """The effect with its other law; None where it has none."""
+    if effect.other_law is None:
+        return None
+    laws = {on: effect.other_law if law is effect.law else law for on, law in effect.laws.items()}
+    return replace(effect, laws=laws, other_law=None)
+
+
 def enlarged(effect: Effect, factors: Mapping[str, float]) -> Effect:
     """The effect with the ranges of its amplitudes scaled, if its tags say that they are those of a car.
 
@@ -202,6 +213,7 @@ def effect(
     corrects: str = "",
     gain_of: str = "",
     every_day: float = 0.0,
+    other_law: EffectLaw | None = None,
 ) -> Callable[[EffectLaw], Effect]:
     """Decorator that makes an effect of a function ``law(element, s, q)``, with its name and first docstring line.
 
@@ -235,6 +247,7 @@ def effect(
             corrects=corrects,
             gain_of=gain_of,
             every_day=every_day,
+            other_law=other_law,
         )
 
     return make
