@@ -13,7 +13,7 @@ from tests.diagnosis.line_step import estimate
 from tests.diagnosis.linear import Campaign, cause
 from vdyn_cli.diagnosis.name.candidate_judgment import _is_significant, _with_idle_remainder, judge
 from vdyn_cli.diagnosis.name.candidate_models import candidate_model
-from vdyn_cli.diagnosis.size.finding_size import Limits, explained_share, finding_size
+from vdyn_cli.diagnosis.size.finding_size import Limits, _exceeds_stated_rate, explained_share, finding_size
 from vdyn_cli.diagnosis.size.materiality import limits_of
 from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 from vdyn_cli.diagnosis.verdict_text import verdict_sentence
@@ -41,6 +41,15 @@ def test_an_amplitude_that_chance_explains_has_no_size():
     assert counted == {"slope": True, "step": False}
 
 
+@pytest.mark.parametrize(("std", "matters"), [(0.01, True), (10.0, False)])
+def test_a_local_force_matters_where_the_stated_parameters_do_not_allow_it(std: float, matters: bool) -> None:
+    """``hat``, of amplitude 1.4 and slope 1.4 / 0.14, beside an uncertain curve of slope 2 x std."""
+    campaign = replace(SMALL, rows=1000, hidden={"hat": 1.4}, priors={"bend": (-2.0, std)})
+    real = open_strategy(campaign.setup(cause("slope"), profiles=(cause("hat"),)))
+    strategy: Any = SimpleNamespace(model=real.model, fitted=real.fitted, prior_values={"bend": -2.0})
+    assert _exceeds_stated_rate(strategy, real.base) == matters
+
+
 @pytest.mark.parametrize(
     ("hidden", "noise", "named"),
     [
@@ -55,9 +64,10 @@ def test_an_effect_is_named_if_no_profile_of_what_it_leaves_matters(
 ) -> None:
     """Not if it matters at a lower noise floor, if it is certain, or if a candidate is strongest in it."""
     effects, profiles = (cause("slope"), cause("step")), (cause("hat"),)
-    campaign = replace(SMALL, rows=1000, hidden={"slope": 0.5, **{k: 1.4 * v for k, v in hidden.items()}})
+    hidden = {"slope": 0.5, **{k: 1.4 * v for k, v in hidden.items()}}
+    campaign = replace(SMALL, rows=1000, hidden=hidden, priors={"bend": (-2.0, 10.0)})
     real = open_strategy(campaign.setup(*effects, profiles=profiles))
-    strategy: Any = SimpleNamespace(model=real.model, base=real.base, fitted=real.fitted, prior_values={"level": 3.0})
+    strategy: Any = SimpleNamespace(model=real.model, base=real.base, fitted=real.fitted, prior_values={"bend": -2.0})
     tried = candidate_model(real, ("slope",))
     assert tried is not None
     assert tried.residual_p < 0.02

@@ -163,9 +163,10 @@ def _sized(strategy: Strategy, judgment: Judgment, limits: Limits | None) -> Jud
 def _is_significant(strategy: Strategy, base: FittedModel, one: CandidateModel) -> bool:
     """Whether a candidate model explains more than chance, and its amplitude differs significantly from zero.
 
-    All candidates count where an error is certain: the baseline is far off, or a free profile excludes it.
+    All candidates count where an error is certain: the baseline is far off, or a free profile excludes it. Where
+    predictions keep prior values, an error is judged by what it changes, however certain it is.
     """
-    if strategy.model.setup.far_off or _profile_excludes(strategy, base):
+    if strategy.model.setup.far_off or (not strategy.prior_values and _profile_excludes(strategy, base)):
         return True
     if 2 * (base.solution.cost - one.cost) <= POLICY.needed_t**2:
         return False

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.special import ndtri
 
 from vdyn_cli.diagnosis.detect.unexplained import half_widths, unexplained_biases
 from vdyn_cli.diagnosis.policy import POLICY
@@ -125,7 +126,7 @@ def profile_matters(strategy: Strategy, at: FittedModel, limits: Limits) -> bool
     """Whether a free profile of the residual that a fit leaves changes the output or parameters beyond the limits.
 
     Where parameters keep prior values, only predictions are published: the profile matters if it changes the main
-    output by more than ``unexplained_share`` of the prediction's uncertainty.
+    output by more than ``unexplained_share`` of the prediction's uncertainty, or its rate beyond the stated interval.
 
     Parameters
     ----------
@@ -133,7 +134,9 @@ def profile_matters(strategy: Strategy, at: FittedModel, limits: Limits) -> bool
     """
     if _predicts_only(strategy, limits):
         size = profile_size(strategy, at)
-        return size is None or size.change > POLICY.unexplained_share * limits.noise
+        if size is None or size.change > POLICY.unexplained_share * limits.noise:
+            return True
+        return _exceeds_stated_rate(strategy, at)
     model = strategy.model
     found = model.scores(at, list(model.setup.free_profiles))
     rows = max(sum(_counts(at.runs)), 1)
@@ -176,6 +179,34 @@ def _profile_size(strategy: Strategy, at: FittedModel, profile: str, statistic: 
     change = float(np.sqrt(real)) * _rms(changes, counts)
     before, after = (_rms(one, counts) for one in residuals)
     return FindingSize(True, change, float("nan"), _points(changes), before, after, {}, {}, 0.0)
+
+
+def _exceeds_stated_rate(strategy: Strategy, at: FittedModel) -> bool:
+    """Whether a free profile somewhere changes the rate of the main output beyond its interval by stated parameters.
+
+    A local force of some speed hardly changes a simulated speed, but its rate, the acceleration. The interval of the
+    rate is the simultaneous 95 % one at the profile's k knots, by Bonferroni: +-z(1 - 0.025 / k) |S' std|, with the
+    priors' standard deviations and S' the differences of the sensitivities between samples.
+    """
+    model = strategy.model
+    found = model.scores(at, list(model.setup.free_profiles))
+    for profile in found.names:
+        fitted = strategy.fitted((*at.effects, profile))
+        if fitted is None:
+            continue
+        names, amplitudes = [u.name for u in fitted.runs.regression.shared], model.amplitudes(profile)
+        stds = {u.name: u.prior[1] for u in model.regression.shared if u.prior and u.name in strategy.prior_values}
+        std = np.array([stds.get(n, 0.0) for n in names])
+        values = np.array([fitted.values[n] if n in amplitudes else 0.0 for n in names])
+        real = max(1.0 - found.rank[profile] / max(found.statistic[profile], 1e-300), 0.0)
+        limit = float(ndtri(1.0 - 0.025 / len(amplitudes)))
+        for row in fitted.runs.rows:
+            rates = (
+                np.diff(row.plain[1][:, : len(names)], axis=0) if row.plain is not None else np.zeros((0, len(names)))
+            )
+            if np.any(real**0.5 * np.abs(rates @ values) > limit * np.sqrt(rates**2 @ std**2)):
+                return True
+    return False
 
 
 def _predictions(
