@@ -59,6 +59,16 @@ def test_a_late_speed_at_the_release_of_the_pedal_is_no_change(gain: float, foun
     assert [one.at for one in changes] == [pytest.approx(at, abs=1.0) for at in found]
 
 
+def test_noise_of_a_log_of_1_hz_is_no_change() -> None:
+    time = np.arange(0.0, 70.0)
+    push = -(0.12 + 0.00028 * np.linspace(25.0, 10.0, time.size) ** 2)
+    for seed in range(20, 30):
+        rng = np.random.default_rng(seed)
+        speed = 25.0 + np.cumsum(push) + rng.normal(0.0, 0.03, time.size)
+        channels = {"speed": speed, "acceleration": rng.normal(-0.2, 0.05, time.size)}
+        assert gain_changes(Log("coast.csv", time, channels)) == ()
+
+
 def truck(loud: float, quiet: float, gain: float = 1.0) -> Log:
     """Accelerations of a first and a second half (m/s^2), in which the accelerometer's gain changes; 0.03 m/s noise."""
     rng, time = np.random.default_rng(1), np.arange(0.0, 160.0, 0.1)

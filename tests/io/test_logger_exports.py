@@ -80,6 +80,12 @@ def test_times_of_another_language_are_refused_with_the_forms_that_are_read(tmp_
         read_log(path, {"time": Column("Device Time", "s", "s"), "v": Column("Speed (OBD)(km/h)", "km/h", "m/s")})
 
 
+def test_times_of_a_file_without_a_header_are_named(tmp_path: Path) -> None:
+    path = tmp_path / "bare.csv"
+    path.write_text("".join(f"@Wed May  2 10:24:{k} 2018,1,{20 - k % 7},3\n" for k in range(10, 50)))
+    assert without_clock(survey(path))[1].startswith("if the text of 'column 1' is the time, export it")
+
+
 @pytest.mark.parametrize("month", ["Mai", "mai", "mayo", "maggio", "maio"])
 def test_months_of_several_languages_are_read(tmp_path: Path, month: str) -> None:
     path = tmp_path / "months.csv"

@@ -26,8 +26,10 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import UnitError, from_si
 
+# Names of texts that may be times, also those of the columns of a file without a header.
 _OF_TIME = re.compile(
-    "time|date|zeit|datum|uhr|stamp|temps|heure|hora|tiempo|tempo|utc|clock|时|時|시간|время", re.IGNORECASE
+    r"time|date|zeit|datum|uhr|stamp|temps|heure|hora|tiempo|tempo|utc|clock|时|時|시간|время|^column \d+$",
+    re.IGNORECASE,
 )
 State = Literal["clock", "varies", "constant", "empty", "text"]
 

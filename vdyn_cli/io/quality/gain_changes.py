@@ -71,9 +71,12 @@ def gain_change_findings(log: Log) -> Iterator[Finding]:
 
 def _ties(log: Log) -> Iterator[Tie]:
     name = "speed" if "speed" in log else "vehicle_speed"
-    if log.duration < QUALITY.fewest_tie_windows * QUALITY.tie_window:
+    if log.time.size < QUALITY.fewest_tie_windows:
         return
-    edges = _edges(log.time, QUALITY.tie_window)
+    window = max(QUALITY.tie_window, QUALITY.window_samples * float(np.median(np.diff(log.time))))
+    if log.duration < QUALITY.fewest_tie_windows * window:
+        return
+    edges = _edges(log.time, window)
     if name in log:
         if name == "speed":
             for wheel in WHEEL_SPEEDS:
@@ -81,8 +84,7 @@ def _ties(log: Log) -> Iterator[Tie]:
                     what = f"{wheel} against {name}"
                     yield _rolling(_mean_tie(what, log, edges, log[wheel], log[name], QUALITY.rolling_speed))
         if "position" in log:
-            step = max(QUALITY.tie_window, log.duration / QUALITY.position_windows)
-            wide = _edges(log.time, step)
+            wide = _edges(log.time, max(window, log.duration / QUALITY.position_windows))
             moved = np.abs(np.diff(log["position"][wide]))
             driven = _integrals(log.time, np.abs(log[name]), wide)
             gained = np.diff(log[name][wide])
