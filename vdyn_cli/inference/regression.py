@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Protocol, runtime_checkable
@@ -84,6 +84,15 @@ class Residuals(Protocol):
 
     def residual(self, run: int, theta: Array) -> Array:
         """The residuals (n,) of a run, in standard deviations; ``theta`` (s + o,): shared, then own unknowns."""
+        ...
+
+
+@runtime_checkable
+class SelectiveRows(Protocol):
+    """Rows that cost less with derivatives to a few of the shared unknowns."""
+
+    def sensitive_to(self, names: Collection[str]) -> Callable[[int, Array], Rows]:
+        """The same rows, with zeros for the derivatives to other shared unknowns than these."""
         ...
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.inference.regression import Regression, Residuals, Rows
+from vdyn_cli.inference.regression import Regression, Residuals, Rows, SelectiveRows
 from vdyn_cli.inference.solution import Solution
 from vdyn_cli.quantities.arrays import Array
 
@@ -63,7 +63,10 @@ def restricted(full: Regression, held: Mapping[str, float], starts: Solution | N
         kept = [replace(u, start=float(np.clip(starts.values.get(u.name, u.start), u.lower, u.upper))) for u in kept]
         run_starts |= dict(starts.per_run)
     held_rows = _HeldResiduals if isinstance(full.rows, Residuals) else _Held
-    rows: Callable[[int, Array], Rows] = held_rows(full, free, at)
+    whole = full
+    if isinstance(full.rows, SelectiveRows):
+        whole = replace(full, rows=full.rows.sensitive_to([u.name for u in kept]))
+    rows: Callable[[int, Array], Rows] = held_rows(whole, free, at)
     if full.narrow is not None and all(held.get(u.name, u.start) == u.start for u in shared):
         rows = full.narrow([u.name for u in kept])
     return replace(full, unknowns=(*kept, *full.own), rows=rows, run_starts=run_starts, narrow=None)

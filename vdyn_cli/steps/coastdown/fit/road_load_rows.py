@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -105,6 +105,10 @@ class RoadLoadRows:
         """The road's unknowns at which the runs are simulated, (k,)."""
         assert self.center is not None
         return self.center / self.noise.sizes[ROUGHNESS]
+
+    def sensitive_to(self, names: Collection[str]) -> RoadLoadRows:
+        """See ``SelectiveRows``."""
+        return replace(self, runs=self.runs.sensitive_to({*names, START}))
 
     def on_road(self, shared: Mapping[str, float]) -> RoadLoadRows:
         """The rows simulated on another road: its unknowns, among the ``shared`` ones, in units of its roughness."""
