@@ -46,6 +46,7 @@ def test_of_equally_good_formulas_the_one_that_the_own_law_follows_least_is_used
 
     monkeypatch.setattr(learned_law, "_fit", fit)
     monkeypatch.setattr(learned_law, "share_of_curve", lambda curves, values: 0.0)
+    monkeypatch.setattr(learned_law, "_deviation", lambda curve, finding: 0.0)
     fitted = SimpleNamespace(freedom=8.0, solution=SimpleNamespace(values={}))
     finding = SimpleNamespace(fitted=fitted, curves=[None], parts=[SimpleNamespace(odd=odd)])
     assert [f.form for f in learned_law.fitted_forms(cast(Any, finding))] == order

@@ -12,6 +12,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.shaft.encoder_angles import twist_resolution, unwrapped, with_twist_of_angles
+from vdyn_cli.steps.shaft.encoder_clock import with_aligned_ends
 from vdyn_cli.steps.shaft.encoder_eccentricity import with_centered_encoder
 from vdyn_cli.steps.shaft.noise import ReadingConditions
 from vdyn_cli.steps.shaft.shaft_readings import UNREAD_RATE, ShaftReadings, readings_of
@@ -157,3 +158,21 @@ def test_a_counter_of_turns_is_left_as_it_is() -> None:
     turns = np.array([0.0, 5.0, 10.0, np.nan, 20.0])
     assert np.array_equal(unwrapped(turns), turns, equal_nan=True)
     assert np.allclose(unwrapped(np.array([6.0, 0.1, 0.4])), [6.0, 0.1 + 2 * np.pi, 0.4 + 2 * np.pi])
+
+
+@pytest.mark.parametrize("late", [0.0, 4e-3])
+def test_a_motor_angle_that_is_logged_late_is_shifted(late: float) -> None:
+    """4 ms at 20 rad/s is more than the twist of the tip-in."""
+    log = angles()
+    shifted = log.with_channels(motor_angle=np.interp(log.time - late, log.time, log["motor_angle"]))
+    _, delay, said = with_aligned_ends([shifted], RATIO)
+    assert bool(said) == bool(late)
+    assert delay == pytest.approx(late, abs=1e-4)
+
+
+def test_readings_that_a_wrong_law_would_move_beyond_their_noise_are_not_adjusted() -> None:
+    time = np.arange(4.0)
+    run = ShaftReadings("run", time, time, np.zeros(4), np.zeros(4), (1.0, 1e-3, 0.1))
+    twist, rate = run.within_noise(np.array([0.0, 2e-3, 4e-3, -5e-3]), np.array([0.0, 0.2, 0.5, 0.0]))
+    assert twist.tolist() == [0.0, 2e-3, 0.0, 0.0]
+    assert rate.tolist() == [0.0, 0.2, 0.0, 0.0]

@@ -108,6 +108,10 @@ def test_a_run_with_another_stiffness_is_named(hidden: str, named: bool) -> None
     assert [f.where for f in found] == ["run_7.csv"] * named
     assert all(f.got.startswith("-10.") or f.got.startswith("-9.") for f in found)
     assert result.fit.cause.startswith("run_7.csv: stiffness") == named
+    assert all(f.fault for f in found)
+    if named:
+        low, high = result.parameters["shaft_stiffness_left"].interval95
+        assert low < 0.901 * stiffness < 0.999 * stiffness < high
 
 
 def test_joints_in_series_are_found_by_comparing_log_and_drawing() -> None:

@@ -31,7 +31,8 @@ class FittedForm:
     Parameters
     ----------
     values : (coefficients,) of each curve. distance : chi-square distance from the curves.
-    share : share of the curves' rms deviation from the baseline's law that it explains.
+    share : share of the curves' rms deviation from the baseline's law that it explains, per length or in standard
+        errors, whichever is larger: the ends of a curve that few readings determine would else decide alone.
     own : least share of its course, in standard errors, that the part's own law cannot follow.
     """
 
@@ -83,7 +84,7 @@ def fitted_forms(finding: PartFinding) -> tuple[FittedForm, ...]:
             return True, one.distance, False, 0.0
         return False, one.size, finding.parts[0].odd and not LAW_FORMS[one.form].odd, -one.own
 
-    found = []
+    found, whole = [], sum(_deviation(curve, finding) for curve in finding.curves)
     enough = float(chdtri(max(finding.fitted.freedom, 1.0), 1.0 - POLICY.formula_level))
     for form in LAW_FORMS:
         fits = [fit for curve in finding.curves if (fit := _fit(curve, form, finding)) is not None]
@@ -91,6 +92,7 @@ def fitted_forms(finding: PartFinding) -> tuple[FittedForm, ...]:
             continue
         values, distance, laws, own = zip(*fits, strict=True)
         share = share_of_curve(list(zip(finding.curves, laws, strict=True)), finding.fitted.solution.values)
+        share = max(share, 1.0 - float(np.sqrt(sum(distance) / whole))) if whole > 0.0 else share
         share = max(share, POLICY.formula_share) if sum(distance) <= enough else share
         found.append(FittedForm(form, values, sum(distance), share, min(own)))
     return tuple(sorted(found, key=order))
@@ -101,8 +103,7 @@ def _fit(curve: Curve, form: str, finding: PartFinding) -> tuple[tuple[float, ..
     from scipy.optimize import minimize
 
     law, definition = LAW_FORMS[form], _definition(curve.part, form, (), curve)
-    free = curve.gauge(finding.fitted.solution.values)
-    root = np.linalg.cholesky(curve.covariance + RIDGE * np.mean(np.diag(curve.covariance)) * np.eye(len(curve.at)))
+    free, root = curve.gauge(finding.fitted.solution.values), _root(curve)
     target = np.linalg.solve(root, curve.value)
 
     def solved(shapes: Sequence[float]) -> tuple[float, float, Array]:
@@ -130,6 +131,19 @@ def _fit(curve: Curve, form: str, finding: PartFinding) -> tuple[tuple[float, ..
     whole, followed = np.linalg.solve(root, column), np.linalg.solve(root, free)
     left = whole - followed @ np.linalg.lstsq(followed, whole, rcond=None)[0]
     return (size, *best), distance, size * column, float(np.linalg.norm(left) / np.linalg.norm(whole))
+
+
+def _root(curve: Curve) -> Array:
+    """The Cholesky factor (n, n) of the covariance of a curve's points, regularized by ``RIDGE``."""
+    level = RIDGE * np.mean(np.diag(curve.covariance))
+    return np.asarray(np.linalg.cholesky(curve.covariance + level * np.eye(len(curve.at))))
+
+
+def _deviation(curve: Curve, finding: PartFinding) -> float:
+    """Chi-square distance of a curve from what the part's own law can follow."""
+    root = _root(curve)
+    target, followed = (np.linalg.solve(root, x) for x in (curve.value, curve.gauge(finding.fitted.solution.values)))
+    return float(np.sum((target - followed @ np.linalg.lstsq(followed, target, rcond=None)[0]) ** 2))
 
 
 def _grids(curve: Curve, units: Sequence[str]) -> list[list[float]]:

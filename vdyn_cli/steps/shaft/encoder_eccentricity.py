@@ -33,7 +33,7 @@ def with_centered_encoder(log: Log, gear_ratio: float) -> tuple[Log, tuple[Findi
     if "twist" in log or "shaft_torque" not in log or not all(name in log for name in ANGLES):
         return log, ()
     twist, turned = raw_twist(log, gear_ratio), unwrapped(log["wheel_angle"])
-    columns = np.column_stack([np.ones(twist.size), *_torques(log), np.sin(turned), np.cos(turned)])
+    columns = np.column_stack([np.ones(twist.size), *torque_columns(log), np.sin(turned), np.cos(turned)])
     good = np.isfinite(twist) & np.isfinite(columns).all(axis=1)
     if np.count_nonzero(good) < 10 or np.ptp(turned[good]) < 2.0 * np.pi * SHAFT_POLICY.eccentric_turns:
         return log, ()
@@ -50,9 +50,13 @@ def with_centered_encoder(log: Log, gear_ratio: float) -> tuple[Log, tuple[Findi
     return corrected, (Finding(f"{log.name}, channel 'wheel_angle'", what, got, remedy, fault=True),)
 
 
-def _torques(log: Log) -> tuple[Array, ...]:
+def torque_columns(log: Log) -> tuple[Array, ...]:
     """The torque (n,), N m, its square and cube, and its derivative, N m/s, of means over ``SMOOTHED``."""
-    torque, time = log["shaft_torque"], log.time
+    torque = log["shaft_torque"]
+    return torque, torque**2, torque**3, np.gradient(smoothed(torque, log.time), log.time)
+
+
+def smoothed(signal: Array, time: Array) -> Array:
+    """Moving means over ``SMOOTHED`` of a signal (n,)."""
     width = max(round(SMOOTHED / float(np.median(np.diff(time)))), 1)
-    mean = np.convolve(np.pad(torque, width, mode="edge"), np.ones(width) / width, "same")[width:-width]
-    return torque, torque**2, torque**3, np.gradient(mean, time)
+    return np.asarray(np.convolve(np.pad(signal, width, mode="edge"), np.ones(width) / width, "same")[width:-width])

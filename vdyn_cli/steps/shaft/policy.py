@@ -25,6 +25,11 @@ class ShaftPolicy:
     eccentric_turns: float = 2.0
     """[turns] of the wheel in a log, at least. In fewer, the error is not seen to repeat, and resembles a tip-in."""
 
+    late_end_share: float = 0.5
+    """[share] of the variance of the twist beside torque and damping, from which a delay between the sensors of the
+    shaft's ends is compensated. As eccentric_share: speed is no signal of the shaft's own law, so that a shaft without
+    a delay leaves a small share to it."""
+
     ratio_agreement: float = 0.02
     """[share of the gear ratio] by which the ratio of the speeds may differ from it. A gear ratio is exact, because
     teeth are counted; gains of two speed sensors differ by less."""

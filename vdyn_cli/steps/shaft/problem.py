@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
 import numpy as np
@@ -13,9 +13,10 @@ from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression
 from vdyn_cli.inference.uncertainty_budget import propagate
 from vdyn_cli.physics.models.half_shaft import HALF_SHAFT
+from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
@@ -23,8 +24,9 @@ from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import KNOTS, profile
 from vdyn_cli.steps.pendulum.pendulum_inertia import UNITS, rod_stiffness
-from vdyn_cli.steps.shaft.changed_run import changed_runs
+from vdyn_cli.steps.shaft.changed_run import ChangedRun, changed_run
 from vdyn_cli.steps.shaft.combined_regression import combined_regression
+from vdyn_cli.steps.shaft.encoder_clock import with_aligned_ends
 from vdyn_cli.steps.shaft.encoder_eccentricity import with_centered_encoder
 from vdyn_cli.steps.shaft.parts import shaft_parts, symmetric_span
 from vdyn_cli.steps.shaft.result import shaft_result
@@ -35,11 +37,14 @@ from vdyn_cli.steps.shaft.spec import SIDES, ShaftSpec
 from vdyn_cli.steps.shaft.stiffness_comparison import compared_stiffness
 from vdyn_cli.steps.shaft.torque_clock import UNKNOWN, assumed_delay, torque_delay
 from vdyn_cli.steps.shaft.torque_filter import torque_filter
+from vdyn_cli.steps.wider_intervals import with_wider_intervals
 
 FREE_TORQUE = 50.0  # N m, plausible amplitude of a free profile
 TWIST, TWIST_RATE = 0.05, 1.0  # rad, rad/s: twist of a half-shaft in a tip-in, and its rate
 RESOLVED = 3.0  # standard deviations of a reading per knot interval: 13 % of the readings are in a wrong one
 STEEL = Given(79.3e9, 0.8e9)  # Pa, shear modulus of the steels of half-shafts
+
+HOLD_RUNS = "The interval includes the stiffness of each run."
 
 
 @dataclass(frozen=True)
@@ -113,13 +118,25 @@ class ShaftProblem(SimulatedProblem):
         ResultError : a log does not determine a stiffness.
         """
         sides = []
-        changed: list[Finding] = []
+        changed: dict[str, ChangedRun] = {}
         for side in self.sides:
             logged = side.logged(added) if side.runs else None
             sides.append(compared_stiffness(side, logged))
-            changed += changed_runs(side.runs, side.linear) if side.runs and not added.effects else ()
+            one = changed_run(side.runs, side.linear) if side.runs and not added.effects else None
+            changed |= {f"shaft_stiffness_{side.name}": one} if one else {}
         of_sides = (f for side in sides for f in side.findings)
-        return shaft_result(sides, (*self.findings, *of_sides, *self.log_findings), changed)
+        said = [one.finding for one in changed.values()]
+        result = shaft_result(sides, (*self.findings, *of_sides, *self.log_findings), said)
+        wide = {n: _spanning(result.parameters[n], one.span) for n, one in changed.items()}
+        estimates = {**result.parameters.estimates, **wide}
+        return with_wider_intervals(result, replace(result.parameters, estimates=estimates), HOLD_RUNS)
+
+
+def _spanning(one: Estimate, span: tuple[float, float]) -> Estimate:
+    """The estimate with an interval that also includes ``span``, and a standard deviation of its longer side."""
+    low, high = min(one.interval95[0], span[0]), max(one.interval95[1], span[1])
+    std = max(one.std, max(high - one.value, one.value - low) / NORMAL95)
+    return replace(one, interval95=(low, high), std=std)
 
 
 def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftProblem:
@@ -134,12 +151,13 @@ def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftPro
     ------
     InputError : neither drawing, bar nor log is given; or as :func:`readings_of`.
     """
-    centered = [with_centered_encoder(log, spec.settings.gear_ratio.value) for log in logs]
+    aligned, late_end, apart = with_aligned_ends(logs, spec.settings.gear_ratio.value)
+    centered = [with_centered_encoder(log, spec.settings.gear_ratio.value) for log in aligned]
     eccentric = [finding for _, findings in centered for finding in findings]
     logs = [log for log, _ in centered]
     read = cache(lambda seconds: readings_of(spec, logs, seconds))
     stated = spec.settings.torque_delay
-    delay, clocks = torque_delay(read, assumed_delay(logs) if stated is None else stated)
+    delay, clocks = torque_delay(read, assumed_delay(logs, late_end) if stated is None else stated)
     # Damping is confounded with the filter's time constant as with a delay.
     lag, lag_std, filters = torque_filter(read(delay.value))
     delay = Given(delay.value, float(np.hypot(delay.std, lag_std)))
@@ -162,7 +180,7 @@ def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftPro
     if not sides:
         remedy = "add 'sections' with a drawing, or 'runs' with a tip-in log"
         raise InputError(Finding("shaft", "neither a drawing nor a log is given", "", remedy))
-    log_findings = (*eccentric, *clocks, *filters, *(f for log in logs for f in log.findings))
+    log_findings = (*apart, *eccentric, *clocks, *filters, *(f for log in logs for f in log.findings))
     return ShaftProblem(tuple(sides), findings, log_findings)
 
 

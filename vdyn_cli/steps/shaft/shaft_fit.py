@@ -180,7 +180,7 @@ class ShaftFit:
         about = run.twist, run.rate
         for _ in range(ADJUSTMENTS):
             conditions = self._conditions(index, at, about)
-            about = conditions.adjusted()
+            about = run.within_noise(*conditions.adjusted())
         drive = run.drive(*about)
         torque = self._simulated(drive, at).outputs["shaft_torque"]
 

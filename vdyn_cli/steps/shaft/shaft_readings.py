@@ -35,6 +35,7 @@ OSCILLATION = 8.0
 SEEN = 2.0  # spectral density over that of the white noise; a mean over 20 segments of noise alone scatters by 22 %
 ROUNDING = 1e-9  # relative, by which a block is shorter: a sample at its end, rounded, is in the next one
 NODES = 6  # samples of a logged rate through which a polynomial is laid, for its integral over a step
+MOST_ADJUSTED = 3.0  # standard deviations of a reading, by which it is adjusted at most: noise exceeds it once in 370
 FEWEST_SAMPLES = 200  # a second at 200 Hz: two or three oscillations of a driveline
 MOST_TWIST = 3.0  # rad: no half-shaft twists so far while a brake holds the wheel
 DEAD = 0.02  # share of the other speed below which a speed sensor counts as failed
@@ -165,6 +166,15 @@ class ShaftReadings:
         to_twist, to_rate = self.chain
         at = np.column_stack(self.nodes)
         return np.asarray(np.sum(to_twist * twist[at] + to_rate * rate[at], axis=1))
+
+    def within_noise(self, twist: Array, rate: Array) -> tuple[Array, Array]:
+        """Adjusted twists and rates, (n,) each; the readings where they are moved further than noise does.
+
+        A law that the logs contradict would else move the twist towards itself, and bend the curve of its own error.
+        """
+        read = (self.twist, twist, self.noise[1]), (self.rate, rate, self.noise[2])
+        near = [np.where(np.abs(found - x) > MOST_ADJUSTED * std, x, found) for x, found, std in read]
+        return near[0], near[1]
 
     def drive(self, twist: Array, rate: Array) -> Drive:
         """The shaft's inputs at the run's times: twist (rad) and its rate (rad/s), (n,) each."""

@@ -56,7 +56,7 @@ class ShaftFits:
         return float(np.mean([s.values["shaft_damping"] / s.values["shaft_stiffness"] for s in self.solutions]))
 
 
-def assumed_delay(logs: Sequence[Log]) -> Given:
+def assumed_delay(logs: Sequence[Log], apart: float = 0.0) -> Given:
     """The delay of a torque, s, about which nothing is stated: 0 +- half a sampling interval.
 
     Channels of one row may be sampled up to an interval apart, and an anti-alias filter of one channel alone, a
@@ -65,9 +65,11 @@ def assumed_delay(logs: Sequence[Log]) -> Given:
     Parameters
     ----------
     logs : of all runs; the one with the longest interval counts.
+    apart : s, delay between the sensors of the two ends, where one was found: the torque may be as far from either.
     """
     clocks = [log.samples["shaft_torque"][0] if "shaft_torque" in log.samples else log.time for log in logs]
-    return Given(0.0, 0.5 * max((float(np.median(np.diff(clock))) for clock in clocks), default=0.0))
+    interval = max((float(np.median(np.diff(clock))) for clock in clocks), default=0.0)
+    return Given(0.0, float(np.hypot(0.5 * interval, apart)))
 
 
 def torque_delay(read: Callable[[float], Readings], stated: Given) -> tuple[Given, tuple[Finding, ...]]:
