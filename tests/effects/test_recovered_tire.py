@@ -95,7 +95,8 @@ def test_the_door_finds_the_same() -> None:
 def test_the_step_takes_every_effect_that_it_looks_for_and_without_a_speed_what_needs_none() -> None:
     sweeps = logs(HIDDEN[0], 1.0)
     wanted = candidates(load_step("tire").situations)
-    own = {"friction_drift", "tread_wear", "slip_lag", "ground_speed_delay"}  # tests/steps/tire/test_named_faults.py
+    # tests/steps/tire/test_named_faults.py
+    own = {"friction_drift", "tread_wear", "slip_lag", "ground_speed_delay", "rolling_radius_growth"}
     assert {h.plant for h in HIDDEN} | own == {e.name for e in applicable(prepare(SPEC, sweeps, KNOWN).model, wanted)}
     slips = tuple(
         Log(s.name, s.time, {"slip": s["slip"], "force_x": s["force_x"], "force_z": s["force_z"]})

@@ -41,7 +41,7 @@ CANDIDATES = {
     """,
     "tire": """
         braking_friction force_offset friction_drift friction_fade ground_speed_delay load_offset load_sensitivity
-        rolling_force slip_lag slip_offset tire_relaxation tread_wear vertical_crosstalk
+        rolling_force rolling_radius_growth slip_lag slip_offset tire_relaxation tread_wear vertical_crosstalk
     """,
     "validate": """
         acceleration_delay accelerometer_offset accelerometer_slope accelerometer_tilt backlash brake_drag

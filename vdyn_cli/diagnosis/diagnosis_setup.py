@@ -204,10 +204,12 @@ def _size_factors(known: Parameters, situations: Collection[str]) -> Mapping[str
 
 
 def _lacking(prepared: PreparedStep) -> dict[str, str]:
-    """By effect, the missing channel without which it cannot be tested, of those that a log of the step may have."""
-    missing = missing_signals(prepared.simulated_problem.model, candidates(prepared.step.situations))
+    """By effect, what it needs to be tested: a channel that a log of the step may have, or runs that vary a signal."""
+    model = prepared.simulated_problem.model
+    missing, unvaried = missing_signals(model, candidates(prepared.step.situations)), dict(model.unvaried)
     channels = prepared.step.channels() if missing else {}
-    return {e: _lacked(signal, prepared.spec) for e, signal in missing.items() if signal in channels}
+    channel = {e: _lacked(signal, prepared.spec) for e, signal in missing.items() if signal in channels}
+    return channel | {e: unvaried[signal] for e, signal in missing.items() if signal in unvaried}
 
 
 def _lacked(signal: str, spec: Description) -> str:

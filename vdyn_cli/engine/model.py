@@ -20,6 +20,7 @@ class Model:
     inputs : names of its input signals, read as ``u.<name>``; linear between samples.
     context : names of constants of a run that every law can read, such as ``heading`` (+1 out, -1 back).
     outputs : names of the sensors to compute, for models that cost less with fewer; empty: all.
+    unvaried : signals that laws cannot read because the runs hardly vary them, each with what would have to vary.
 
     Notes
     -----
@@ -33,3 +34,4 @@ class Model:
     inputs: tuple[str, ...]
     context: tuple[str, ...] = ()
     outputs: tuple[str, ...] = ()
+    unvaried: tuple[tuple[str, str], ...] = ()

@@ -7,11 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from vdyn_cli.effects import catalog
+from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.steps.tire.binned_sweep import binned_sweep
+from vdyn_cli.steps.tire.problem import prepare
 from vdyn_cli.steps.tire.slip_sweeps import slip_sweeps
-from vdyn_cli.steps.tire.spec import TireSettings
+from vdyn_cli.steps.tire.spec import TireSettings, TireSpec
 from vdyn_cli.steps.tire.tire_regression import _swept
 
 NOISE, SPEED = 0.05, 20.0  # m/s
@@ -104,3 +107,16 @@ def test_the_slopes_of_a_slip_that_lags_are_free_of_its_noise() -> None:
     acting = [one.samples.means(one.samples.lagged(0.35, 0.0)[0]) for one in sweeps]
     noise, of_slope = acting[0] - acting[1], sweeps[0].slip_gradient - sweeps[1].slip_gradient
     assert abs(noise @ of_slope) < 0.2 * (noise @ noise)  # 0.8 with the slopes of the slip as it was read
+
+
+@pytest.mark.parametrize("step", [0.0, 8.0])
+def test_a_growing_radius_needs_sweeps_at_different_speeds(step: float) -> None:
+    random, time = np.random.default_rng(4), np.arange(400) / 100.0
+    slip = 0.3 * np.sin(time)
+    channels = {"slip": slip, "force_x": 4e3 * np.tanh(10.0 * slip), "force_z": np.full(time.size, 4e3)}
+    speeds = [SPEED + k * step + NOISE * random.standard_normal(time.size) for k in range(2)]
+    logs = [Log(f"{k}.csv", time, channels | {"vehicle_speed": speed}) for k, speed in enumerate(speeds)]
+    problem = prepare(TireSpec.model_validate({"test": "tire"}), logs, Parameters({}))
+    grows = {e.name for e in applicable(problem.model, catalog())} & {"rolling_radius_growth"}
+    assert bool(grows) == (step > 0.0)
+    assert [signal for signal, _ in problem.model.unvaried] == ([] if grows else ["speed"])

@@ -20,6 +20,7 @@ WEAR = 0.002  # 1/s of sweeping, by which a tread loses friction over the day
 WARMING = 0.004  # 1/s of sweeping, by which a cold tread gains friction at first
 LATE = 0.03  # s by which a rig logs its slip late
 GPS_LATE = 0.12  # s by which the vehicle speed is logged late
+GROWTH = 0.006  # share by which the rolling radius is larger at 100 km/h
 TIME = np.arange(1200) / RATE
 
 
@@ -78,6 +79,17 @@ def while_accelerating(k: int) -> dict[str, np.ndarray]:
     return dict(zip(("wheel_speed", "vehicle_speed", "force_x", "force_z"), read + noise, strict=True))
 
 
+def with_a_growing_radius(k: int) -> dict[str, np.ndarray]:
+    """A sweep at a speed of its own, with a belt that grows; the radius is given for a low speed."""
+    rng = np.random.default_rng(k)
+    slip = 0.3 * np.sin(2 * np.pi * TIME / 12.0) * np.clip(TIME, 0.0, 1.0)
+    speed = np.full(TIME.size, 8.0 + 7.0 * k)
+    radius = RADIUS * (1.0 + GROWTH * (3.6 * speed / 100.0) ** 2)
+    noise = rng.standard_normal((4, TIME.size)) * np.array([[0.05], [0.02], [12.0], [12.0]])
+    read = np.array([speed * (1.0 + slip) / radius, speed, friction(slip, *CURVE) * LOAD, np.full(TIME.size, LOAD)])
+    return dict(zip(("wheel_speed", "vehicle_speed", "force_x", "force_z"), read + noise, strict=True))
+
+
 def with_two_peaks(k: int) -> dict[str, np.ndarray]:
     """A sweep under a load of its own, whose peak is higher in braking; the slope at zero slip is the same."""
     rng = np.random.default_rng(k)
@@ -102,6 +114,7 @@ def with_two_peaks(k: int) -> dict[str, np.ndarray]:
         (warmed, {"wheel_radius": f"{RADIUS} m"}, "tread_wear", WARMING, 0.1),
         (with_two_peaks, {"wheel_radius": f"{RADIUS} m"}, "braking_friction", BRAKING, 0.05),
         (while_accelerating, {"wheel_radius": f"{RADIUS} m"}, "ground_speed_delay", GPS_LATE, 0.1),
+        (with_a_growing_radius, {"wheel_radius": f"{RADIUS} m"}, "rolling_radius_growth", GROWTH, 0.05),
         (on_a_flat_track, {}, "slip_lag", -LATE, 0.15),
     ],
 )

@@ -70,11 +70,15 @@ def _departure(p: Signals, x: Number) -> Number:
     return total
 
 
-def _driven(e: ModelBuilder, u: Signals) -> None:
+def _driven(e: ModelBuilder, u: Signals, **differing: Number) -> None:
     # To first order about the slip that ``BinnedSweep.lagged`` computes.
     read = (1 + u.slip) * (1 + e.p.radius_error) - 1 - e.p.tire_relaxation_length * u.slip_gradient
-    slip = e("slip", value=read, slip_rate=u.slip_rate, speed_growth=u.speed_growth)
+    slip = e("slip", value=read, slip_rate=u.slip_rate, speed_growth=u.speed_growth, **differing)
     _force(e, u, slip, sliding=slip * u.speed)
+
+
+def _at_speeds(e: ModelBuilder, u: Signals) -> None:
+    _driven(e, u, speed=u.speed)
 
 
 def _slipped(e: ModelBuilder, u: Signals) -> None:
@@ -90,7 +94,11 @@ _CONSTANTS = (*SHAPE, *SHIFTS, *BRAKING, *DEPARTURE, KEPT_SLOPE, RIM_SHARE, "rad
 # ``speed_growth`` is the relative rate of the speed, 1/s.
 _INPUTS = ("slip", "load", "elapsed", "swept", "returning", "slip_rate")
 _OF_SPEED = ("speed", "slip_gradient", "speed_growth")
-TIRE_CURVE = Model("tire_curve", _driven, (*_CONSTANTS, "tire_relaxation_length"), (*_INPUTS, *_OF_SPEED))
+_WITH_SPEED = (*_CONSTANTS, "tire_relaxation_length"), (*_INPUTS, *_OF_SPEED)
+TIRE_CURVE = Model("tire_curve", _at_speeds, *_WITH_SPEED)
+
+# At one speed, a slip that depends on the speed is a slip with a wrong radius.
+ONE_SPEED_CURVE = Model("one_speed_curve", _driven, *_WITH_SPEED, unvaried=(("speed", "sweeps at different speeds"),))
 
 # Where slip was logged but not the speed, nothing can depend on the sliding speed or on distance.
 SLIP_CURVE = Model("slip_curve", _slipped, _CONSTANTS, _INPUTS)

@@ -40,6 +40,11 @@ class TirePolicy:
     from the magic formula. 0: the formula, odd in the slip; 1: models of the contact patch, odd in the slip relative to
     the rim's speed (Pacejka, section 3.2). The middle is one standard deviation from both."""
 
+    speeds_differ: float = 0.1
+    """[share of their mean] standard deviation of the squared speeds, below which the sweeps have one speed. A radius
+    that is 0.5 % larger by growth then varies by 0.05 %, less than the 0.1 % to which radii are measured: it is a wrong
+    radius."""
+
     two_peaks: float = 0.04
     """[share of the friction] by which the peaks in driving and braking must differ to be reported. Twice the effect of
     a force zero of 1 % of full scale."""

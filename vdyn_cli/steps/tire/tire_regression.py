@@ -18,6 +18,7 @@ from vdyn_cli.physics.models.tire_curve import (
     BRAKING,
     DEPARTURE,
     KEPT_SLOPE,
+    ONE_SPEED_CURVE,
     RIM_SHARE,
     SHAPE,
     SHIFTS,
@@ -222,10 +223,15 @@ class TireCurveProblem:
     def _names(self) -> tuple[str, ...]:
         return (*SHAPE, *self.free, "radius_error", *self.added.names)
 
-    @property
+    @cached_property
     def model(self) -> Model:
-        """The curve, with a speed where every sweep has one."""
-        return TIRE_CURVE if all(sweep.speed is not None for sweep in self.sweeps) else SLIP_CURVE
+        """The curve, with a speed where every sweep has one; its slip depends on the speed where that differs."""
+        speeds = [sweep.speed for sweep in self.sweeps if sweep.speed is not None]
+        if len(speeds) < len(self.sweeps):
+            return SLIP_CURVE
+        squared = np.concatenate(speeds) ** 2
+        one = float(np.std(squared)) < TIRE_POLICY.speeds_differ * float(np.mean(squared))
+        return ONE_SPEED_CURVE if one else TIRE_CURVE
 
     @cached_property
     def first_values(self) -> dict[str, float]:
