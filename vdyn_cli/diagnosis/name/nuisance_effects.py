@@ -153,7 +153,8 @@ def _later_than_each(strategy: Strategy, fitted: FittedModel, early: Sequence[Ca
         for other in (e for e in model.setup.effects if e.sensor and e.covers and set(e.covers) < covers):
             both = candidate_model(strategy, (*fitted.effects, other.name, wide))
             values = both.fitted.solution.values if both else {}
-            if both and all(values[model.amplitudes(e)[0]] > 0.0 for e in (other.name, wide)):
+            late = all(values.get(model.amplitudes(e)[0], 0.0) > 0.0 for e in (other.name, wide))
+            if both and late and _deviation(model, both) > POLICY.needed_t:
                 found.append(both)
     return found
 
