@@ -12,6 +12,7 @@ from vdyn_cli.io.clocks.held_values import with_held_interpolated
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.shaft.problem import prepare
+from vdyn_cli.steps.shaft.shaft_readings import readings_of
 from vdyn_cli.steps.shaft.spec import ShaftSpec
 
 VEHICLE = random_vehicle(4)
@@ -88,3 +89,19 @@ def test_an_accurate_torque_corrects_the_delay_that_a_usual_damping_gives() -> N
     data = Log("tip_in.csv", time, {"shaft_torque": torque + 2.0 * noise[0], "twist": twist + 5e-5 * noise[1]})
     (side,) = prepare(spec(), (data,), Parameters()).sides
     assert side.torque_delay.value == pytest.approx(late, abs=side.torque_delay.std)
+
+
+@pytest.mark.parametrize("steps", [6.0, 6.25, 6.5])
+def test_a_torque_interpolated_between_its_samples_has_the_noise_of_a_mean_of_two(steps: float) -> None:
+    """Neighbors share a sample: their differences would show a tenth of that noise, and delays of whole samples."""
+    time, random = np.arange(0.0, 4.0, 5e-3), np.random.default_rng(8)
+    after = np.maximum(time - 0.5, 0.0)
+    twist = 0.05 * (1 - np.exp(-after / 0.5) * np.cos(2 * np.pi * 8.0 * after))
+    late, noise = 5e-3 * steps, random.standard_normal((2, time.size))
+    true = 8000.0 * twist + 40.0 * np.gradient(twist, time)
+    torque = np.interp(time - late, time, true) + 10.0 * noise[0]
+    data = Log("tip_in.csv", time, {"shaft_torque": torque, "twist": twist + 5e-5 * noise[1]})
+    (run,) = readings_of(spec(), [data], late)["left"]
+    assert run.noise[0] == pytest.approx(float(np.std(run.torque - true[: run.time.size])), rel=0.15)
+    (side,) = prepare(spec(), (data,), Parameters()).sides
+    assert side.torque_delay.value == pytest.approx(late, abs=1e-3)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -210,6 +210,27 @@ def _with_torque_on_time(log: Log, delay: float) -> Log:
     return log.with_channels(shaft_torque=earlier)
 
 
+def _with_noise_of_samples(run: ShaftReadings, sampled: Log, steps: float) -> ShaftReadings:
+    """The readings with the torque's noise by its own samples, where it is interpolated between them.
+
+    Neighbors share a sample, so that their differences show too little noise. At the share w of an interval h between
+    samples, values with noise sigma have sigma sqrt(1 - 2 w (1 - w)), and means of these over H have
+    sigma sqrt(h/H (1 - 2 w (1 - w) h/H)).
+
+    Parameters
+    ----------
+    sampled : the torque as logged. steps : by which it is shifted, in intervals of its samples.
+    """
+    means, share = _interval(sampled.time) / _interval(run.time), steps % 1.0
+    noise = white_level(sampled["shaft_torque"], sampled.time)
+    noise *= float(np.sqrt(means * (1.0 - 2.0 * share * (1.0 - share) * means)))
+    return replace(run, noise=(noise, *run.noise[1:]))
+
+
+def _interval(time: Array) -> float:
+    return float(np.median(np.diff(time)))
+
+
 def _used(log: Log) -> list[str]:
     """The channels of the log that are used; a single speed is not."""
     speeds = [n for n in ("motor_speed", "wheel_speed") if n in log]
@@ -248,6 +269,9 @@ def readings_of(spec: ShaftSpec, logs: Sequence[Log], delay: float) -> dict[Side
         readings = ShaftReadings.of(log, ratio, twist_resolution(logged, ratio) if by_angles else 0.0)
         if "twist" not in used:
             readings = readings.averaged()
+        if delay and "shaft_torque" not in logged.samples:
+            sampled = condensed(logged, TWIST_RATE) if "motor_speed" not in used else logged
+            readings = _with_noise_of_samples(readings, sampled, delay / _interval(logged.time))
         doubts = [*speed_ratio_doubts(log, ratio), *_too_gentle(readings), *_wrong_sign(readings, "twist" in log)]
         findings += doubts[:1]
         found[run.side].append(readings)

@@ -2,11 +2,11 @@
 
 To first order a delay d is a damping that is too small by k d: k phi(t - d) = k phi - k d phi'. Logs of tip-ins hardly
 contain the second order, so that only the sum c - k d is determined: the delay within the damping times c / k of
-half-shafts, and the stiffness. Of the delays within these times the best-fitting one is taken, since an accurate torque
-shows the second order. A delay is sought where the fit without one leaves a residual above the noise, or a
-negative damping. It is accepted where it leaves a smaller residual, within the noise, and a physical damping. The logs
-are then evaluated with the torque shifted, as with a stated delay, and the uncertainty of the damping time is that of
-the delay.
+half-shafts, and the stiffness. Of the delays within these times the likeliest one that fits no worse than the others is
+taken, since an accurate torque shows the second order. A delay is sought where the fit without one leaves a residual
+above the noise, or a negative damping. It is accepted where it leaves a smaller residual, within the noise, and a
+physical damping. The logs are then evaluated with the torque shifted, as with a stated delay, and the uncertainty of
+the damping time is that of the delay.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ LONGEST, STEP = 0.2, 2e-3  # s: the longest delay tried (telemetry: a few hundre
 # s, c / k of half-shafts: 1 to 10 ms of steel (MOST_DAMPING), and the standard deviation of a delay for want of it.
 DAMPING_TIME, UNKNOWN = 5e-3, 3e-3
 WITHIN = np.array([0.0, -0.5, 0.5, -1.0, 1.0])  # of UNKNOWN, from the delay with DAMPING_TIME, that are fitted exactly
+ALIKE = 1.1  # ratio of two residuals, as the noise is known to 10 %; interpolation between samples changes one by 3 %
 FEWEST_INNER = 10  # samples of a run that are compared with trials
 
 
@@ -41,13 +42,12 @@ class ShaftFits:
 
     Parameters
     ----------
-    excess : of the residuals, times the sensors' noise. conditions : on the readings, that logged channels can violate.
-    physical : no damping is significantly negative, or that of friction.
+    excess : of the residuals, times the sensors' noise. physical : no damping is significantly negative, or that of
+        friction.
     """
 
     solutions: tuple[Solution, ...]
     excess: float
-    conditions: int
     physical: bool
 
     @property
@@ -92,13 +92,14 @@ def torque_delay(read: Callable[[float], Readings], stated: Given) -> tuple[Give
     fits = {delay: one for delay, one in tried.items() if one is not None and one.physical}
     if not fits:
         return stated, ()
-    found = Given(float(min(fits, key=lambda delay: fits[delay].excess)), UNKNOWN)
+    least = min(one.excess for one in fits.values())
+    found = Given(float(next(delay for delay, one in fits.items() if one.excess <= ALIKE * least)), UNKNOWN)
     after = fits[found.value]
     if after.excess > SHAFT_POLICY.shaft_excess:
         return stated, ()
     if abs(found.value - stated.value) < SHAFT_POLICY.delay_std * found.std:
         return stated, ()
-    if (before.excess**2 - after.excess**2) * after.conditions < SHAFT_POLICY.delay_std**2:
+    if before.excess <= ALIKE * after.excess:
         return stated, ()  # a negative damping alone does not determine the delay
     late = f"{1e3 * abs(found.value):.0f} +- {1e3 * found.std:.0f} ms {'late' if found.value > 0 else 'early'}"
     what = f"is logged {late} relative to the twist, and is shifted by that"
@@ -118,8 +119,7 @@ def shaft_fits(readings: Readings) -> ShaftFits | None:
     except ResultError:
         return None
     every = [run for runs in sides for run in runs]
-    conditions = sum(run.conditions_per_sample * run.time.size for run in every)
-    return ShaftFits(tuple(solutions), noise_excess(solutions, every), conditions, all(_physical(s) for s in solutions))
+    return ShaftFits(tuple(solutions), noise_excess(solutions, every), all(_physical(s) for s in solutions))
 
 
 def _tried(read: Callable[[float], Readings], delay: float) -> ShaftFits | None:
