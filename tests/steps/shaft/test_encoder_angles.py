@@ -170,6 +170,20 @@ def test_a_motor_angle_that_is_logged_late_is_shifted(late: float) -> None:
     assert delay == pytest.approx(late, abs=1e-4)
 
 
+def test_the_integrated_noise_of_speeds_is_no_delay() -> None:
+    """It drifts as slowly as the speed changes: each delay by chance explains half of it in one log of ten."""
+    time = np.arange(1200) / 200
+    torque = 400 * np.sin(2 * np.pi * 0.3 * time) + 100 * np.sin(2 * np.pi * 8 * time)
+    wheel = 15 + np.cumsum(torque) / 300 / 200
+    motor = RATIO * (wheel + np.gradient(torque / 8000, time))
+    found = []
+    for seed in range(20):
+        noise = np.random.default_rng(seed).standard_normal((3, time.size))
+        channels = {"motor_speed": motor + 0.5 * noise[0], "wheel_speed": wheel + 0.05 * noise[1]}
+        found.append(with_aligned_ends([Log("r", time, {**channels, "shaft_torque": torque + noise[2]})], RATIO)[1])
+    assert not any(found)
+
+
 def test_readings_that_a_wrong_law_would_move_beyond_their_noise_are_not_adjusted() -> None:
     time = np.arange(4.0)
     run = ShaftReadings("run", time, time, np.zeros(4), np.zeros(4), (1.0, 1e-3, 0.1))

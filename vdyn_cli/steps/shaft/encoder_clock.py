@@ -10,7 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vdyn_cli.quantities.arrays import Array, cumulative_integral
+from vdyn_cli.inference import white_level
+from vdyn_cli.quantities.arrays import Array, Mask, cumulative_integral
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.shaft.encoder_angles import ANGLES, raw_twist, unwrapped
@@ -29,8 +30,8 @@ def with_aligned_ends(logs: Sequence[Log], gear_ratio: float) -> tuple[list[Log]
 
     phi is the twist by both angles, or the integral of the difference of both speeds; theta and omega are the wheel's
     angle and speed; b and e stand for errors of the speeds' zeros and gains; powers and derivative of the torque T for
-    a nonlinear stiffness and a damping. The delay is that of all logs, and must explain ``late_end_share`` of what the
-    others leave.
+    a nonlinear stiffness and a damping. The delay is that of all logs, must explain ``late_end_share`` of what the
+    others leave, and exceeds ``delay_std`` standard deviations: the integrated noise of speeds drifts as a speed does.
 
     Parameters
     ----------
@@ -63,7 +64,7 @@ def _has(log: Log, ends: tuple[str, str]) -> bool:
 
 def _delay(logs: Sequence[Log], ends: tuple[str, str], gear_ratio: float) -> tuple[float, float]:
     """The delay of the motor's sensor, s, and the share of the variance that it explains, both 0 where none is seen."""
-    both = whole = own = 0.0
+    both = whole = own = variance = 0.0
     for log in logs:
         columns, twist, speed = _signals(log, ends, gear_ratio)
         good = np.isfinite(twist) & np.isfinite(speed) & np.isfinite(columns).all(axis=1)
@@ -74,7 +75,23 @@ def _delay(logs: Sequence[Log], ends: tuple[str, str], gear_ratio: float) -> tup
         left -= basis @ (basis.T @ left)
         squares = left.T @ left
         both, whole, own = both + float(squares[0, 1]), whole + float(squares[0, 0]), own + float(squares[1, 1])
-    return (-both / own, both**2 / (own * whole)) if own > 0.0 and whole > 0.0 else (0.0, 0.0)
+        variance += _variance(log, ends, gear_ratio, left[:, 1], good)
+    if both**2 <= SHAFT_POLICY.delay_std**2 * variance:
+        return 0.0, 0.0
+    return -both / own, both**2 / (own * whole)
+
+
+def _variance(log: Log, ends: tuple[str, str], gear_ratio: float, weights: Array, good: Mask) -> float:
+    """The variance, by the sensors' noise, of a sum of twists with ``weights`` (m,): those of the ``good`` samples.
+
+    The noise of a twist by angles is white; by speeds it is the integral of a white one.
+    """
+    motor, wheel = (log[name][good] for name in ends)
+    if ends == ANGLES:
+        motor, wheel = unwrapped(motor), unwrapped(wheel)
+    else:
+        weights = np.cumsum(weights[::-1])[::-1] * np.gradient(log.time[good])
+    return float(weights @ weights) * white_level(motor / gear_ratio - wheel, log.time[good]) ** 2
 
 
 def _signals(log: Log, ends: tuple[str, str], gear_ratio: float) -> tuple[Array, Array, Array]:
