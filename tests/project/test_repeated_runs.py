@@ -49,6 +49,13 @@ def test_split_times_of_runs_at_the_same_speeds_are_no_copies(name: str) -> None
     assert len(said(*runs, replace(runs[2], time=runs[2].time - 1.5))) == 1
 
 
+def test_a_copy_with_rounded_times_is_found() -> None:
+    """At 60 Hz, times in whole milliseconds have steps of 16 and 17 ms."""
+    run = recording(1)
+    run = replace(run, time=np.arange(run.time.size) / 60)
+    assert len(said(run, replace(run, name="again.csv", time=np.round(run.time + 3.2173, 3)))) == 1
+
+
 @pytest.mark.parametrize("start", [0.0, 30.0, 51.0])
 def test_a_part_of_a_log_is_a_copy(start: float) -> None:
     assert len(said(recording(1), recording(1).between(start, start + 40.0))) == 1

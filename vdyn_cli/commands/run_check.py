@@ -70,7 +70,7 @@ def check_lines(document: CheckDocument) -> Iterator[str]:
     if document.redundancy:
         yield from text_columns(("pair", "", "runs", "first over second"), list(_pair_rows(document.redundancy)))
     if document.untied:
-        yield f"  no other channel shows a wrong or changing gain of: {', '.join(document.untied)}"
+        yield f"  no pair shows the gain of: {', '.join(document.untied)}"
     if document.clocks:
         yield "\nClocks of several loggers"
         yield from text_columns(

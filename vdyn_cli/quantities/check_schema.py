@@ -133,13 +133,13 @@ class CheckDocument(Entry):
     step: str = Field(description="the step that the description is for")
     title: str = Field(description="title of the description")
     good: bool = Field(
-        description="whether no run must be repeated and nothing in the description is wrong or doubtful"
+        description="whether no run must be repeated and no entry of the description is wrong or implausible"
     )
     sentence: str = Field(description="the answer in one sentence")
     runs: list[CheckedRun] = Field(description="in the order of the description")
     flags: list[CheckFlag] = Field(description="faulty and suspect segments")
     redundancy: list[TiedPair] = Field(description="channels with a known physical relation")
-    untied: list[str] = Field([], description="logged channels whose gain no other channel checks in any run")
+    untied: list[str] = Field([], description="logged channels whose gain no pair determines in any run")
     clocks: list[ClockDifference] = Field([], description="differences of the clocks of several loggers")
     coasts: CoastBalance | None = Field(description="of a coast-down; null for other steps and driven logs")
     parameters: Literal["not evaluated"] = Field(

@@ -112,7 +112,7 @@ def _pairs(document: CheckDocument) -> TextTable:
     )
     caption = "Gain, offset and delay of the first quantity relative to the second; physics relates the two."
     if document.untied:
-        caption += f" No other channel shows a wrong or changing gain of: {', '.join(document.untied)}."
+        caption += f" No pair shows the gain of: {', '.join(document.untied)}."
     return TextTable("Redundant channels", caption, ("run", "pair", "", "result"), rows, (False,) * 4)
 
 

@@ -77,7 +77,7 @@ def tied_pairs(
 
 
 def untied_channels(logs: Sequence[Log], pairs: Sequence[TiedPair]) -> list[str]:
-    """The logged channels whose gain no pair determines in any run: a wrong or changed gain of them cannot be found.
+    """The logged channels whose gain no pair determines in any run.
 
     Parameters
     ----------

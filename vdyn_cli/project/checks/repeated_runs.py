@@ -15,7 +15,9 @@ Codes = NDArray[np.uint64]
 
 COMMON = 0.5  # share of the shorter run's samples found in another, from which both are one recording
 MOST_COMPARED = 1_000_000  # samples of all runs that are compared; sorting them takes about 0.2 s
-STEP = 0.02  # s, unit of the steps of time that are compared; split times of runs differ by some tenths of a second
+# s: by as much a copy's clock may wander, as times that are rounded to 0.01 s do; also the unit in which steps of time
+# are compared within a file. Split times of runs differ by some tenths of a second.
+STEP = 0.02
 FEWEST_COMMON = 20  # common samples that differ from the previous one; fewer may agree by chance
 # Share of the samples from the first to the last common one that must be common. A copy has all of them in one of the
 # two runs, also if it was cut or thinned out. Coast-downs in whole km/h at whole seconds agree in 30 to 60 % here and
@@ -30,12 +32,11 @@ def repeated_runs(logs: Sequence[Log], places: Sequence[str]) -> Iterator[Findin
     """A finding for each run that contains samples of an earlier one.
 
     Two samples are the same if the time and all channels common to all logs are equal to the last bit. A copy with a
-    shifted clock is found if all its samples and steps of time, in order, are those of another run, and in the same
-    file by its sequences of ``FEWEST_COMMON`` samples (runs of different files may be computed). Tables of split times
-    have the same speeds in every run: their steps differ. Samples that repeat the previous one, as at
-    rest, do not count. Independent recordings agree in single samples at most, because
-    of noise; logs without noise, such as those of a simulation, agree if the runs are the same. The time is O(n log n)
-    in the samples.
+    shifted clock is found if all its samples, in order, are those of another run, and in the same file by its sequences
+    of ``FEWEST_COMMON`` samples (runs of different files may be computed). The steps of time must agree, too: tables of
+    split times have the same speeds in every run. Samples that repeat the previous one, as at rest, do not count.
+    Independent recordings agree in single samples at most, because of noise; logs without noise, such as those of a
+    simulation, agree if the runs are the same. The time is O(n log n) in the samples.
 
     Parameters
     ----------
@@ -46,7 +47,7 @@ def repeated_runs(logs: Sequence[Log], places: Sequence[str]) -> Iterator[Findin
         return
     codes = [_codes(log, names) for log in logs]
     paced = [_mixed(code, _steps(log.time)) for log, code in zip(logs, codes, strict=True)]
-    firsts = _first_of_same_values(paced)
+    firsts = _first_of_same_values(codes, [log.time for log in logs])
     shares = _common_codes([_mixed(code, log.time)[_moving(code)] for log, code in zip(logs, codes, strict=True)])
     repeats = _common_codes([_sequences(one[_moving(code)][1:]) for code, one in zip(codes, paced, strict=True)])
     shares |= {k: one for k, one in repeats.items() if k not in shares and _file(logs[k]) == _file(logs[one[0]])}
@@ -86,17 +87,20 @@ def _moving(code: Codes) -> Mask:
     return np.concatenate([[True], code[1:] != code[:-1]]) if code.size else np.zeros(0, dtype=bool)
 
 
-def _first_of_same_values(codes: Sequence[Codes]) -> dict[int, int]:
-    """The earlier run with the same samples and steps in the same order, for each run that has one."""
-    seen: dict[tuple[int, int, int], int] = {}
+def _first_of_same_values(codes: Sequence[Codes], times: Sequence[Array]) -> dict[int, int]:
+    """The earlier run with the same samples in the same order, its clock shifted, for each run that has one."""
+    seen: dict[tuple[int, int, int], list[int]] = {}
     found = {}
     for k, code in enumerate(codes):
         order = np.arange(1, code.size + 1, dtype=np.uint64) * _MIX[2]
         key = (code.size, int(np.bitwise_xor.reduce(code * order)), int(np.add.reduce(code * order)))
         if np.count_nonzero(_moving(code)) >= FEWEST_COMMON:
-            if key in seen:
-                found[k] = seen[key]
-            seen.setdefault(key, k)
+            alike = seen.setdefault(key, [])
+            first = next((j for j in alike if np.ptp(times[j] - times[k]) < STEP), None)
+            if first is None:
+                alike.append(k)
+            else:
+                found[k] = first
     return found
 
 
