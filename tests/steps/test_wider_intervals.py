@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
-from vdyn_cli.steps.wider_intervals import within_physical_range
+from vdyn_cli.steps.wider_intervals import with_wider_intervals, within_physical_range
 
 
 def test_an_impossible_estimate_is_withheld_and_an_interval_ends_at_the_range() -> None:
@@ -18,3 +20,14 @@ def test_an_impossible_estimate_is_withheld_and_an_interval_ends_at_the_range() 
     assert result.parameters.correlation == {"drag_area": {"drag_area": 1.0}}
     assert result.parameters["drag_area"].interval95 == (0.05, 0.5)
     assert result.withheld == {"drag_coefficient": "its estimate of 0.04 is outside the physical range, 0.05 to 2.5"}
+
+
+def test_each_reason_for_wider_intervals_stays_in_the_sentence() -> None:
+    """The open answers of a diagnosis, then stated uncertainties: the second restatement lost the first note."""
+    area = Estimate.of("drag_area", 0.5, 0.1, (0.3, 0.7), "coastdown")
+    result = Result("coastdown", "", Parameters({"drag_area": area}, {}), FitSummary((), 0.0, 0.0, "m/s", ()), "")
+    result = replace(result, restate=lambda estimates, extra: f"Half width {estimates['drag_area'].half_width:.1f}.")
+    for half, note in ((0.3, "Answers."), (0.4, "Scales."), (0.5, "Answers."), (0.5, "Nothing.")):
+        wide = replace(area, interval95=(0.5 - half, 0.5 + half))
+        result = with_wider_intervals(result, Parameters({"drag_area": wide}, {}), note)
+    assert result.sentence == "Half width 0.5. Answers. Scales."

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 from vdyn_cli.diagnosis import published_fields
 from vdyn_cli.diagnosis.detect.detectability import detectable, lacking_channels
@@ -38,8 +37,9 @@ from vdyn_cli.diagnosis.verdict_text import (
 from vdyn_cli.quantities.diagnosis import Diagnosis
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.quantities.parameters import Estimate, Parameters
-from vdyn_cli.quantities.result import Comparison, Restate, Result
+from vdyn_cli.quantities.result import Comparison, Result
 from vdyn_cli.steps import Failure
+from vdyn_cli.steps.wider_intervals import followed_by
 
 
 def diagnosed(
@@ -249,17 +249,10 @@ def _beside_baseline(base: Result, extended_result: Result, extension: Extension
     return replace(
         extended_result,
         sentence=f"{extended_result.sentence} {includes}",
-        restate=None if restate is None else partial(_extended_sentence, includes, restate),
+        restate=None if restate is None else partial(followed_by, includes, restate),
         parameters=Parameters(estimates, extended_result.parameters.correlation, lasting, laws),
         comparisons=tuple(_with_baseline(c, before) for c in extended_result.comparisons),
     )
-
-
-def _extended_sentence(
-    includes: str, restate: Restate, estimates: Mapping[str, Estimate], extra: Mapping[str, Any]
-) -> str:
-    """The sentence of a result, and the effects that its model ``includes``."""
-    return f"{restate(estimates, extra)} {includes}"
 
 
 def _without_effects(base: Result, extension: Extension) -> tuple[Finding, ...]:

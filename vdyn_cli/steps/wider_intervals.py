@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 from vdyn_cli.quantities.number_text import decimals
 from vdyn_cli.quantities.parameters import Estimate, Parameters
-from vdyn_cli.quantities.result import Result
+from vdyn_cli.quantities.result import Restate, Result
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 LISTED = 3  # intervals written out in the result's sentence
@@ -19,15 +21,21 @@ def with_wider_intervals(result: Result, parameters: Parameters, note: str = "")
     Parameters
     ----------
     parameters : the same estimates with other intervals. note : a sentence on what the intervals contain, appended
-        where one of them is wider.
+        where one of them is wider, also to sentences with later intervals.
     """
     wide = {n: e for n, e in parameters.items() if e.interval95 != result.parameters[n].interval95}
-    changed = replace(result, parameters=parameters)
-    if result.restate is not None:
-        sentence = result.restate(parameters, result.extra)
-    else:
-        sentence = " ".join(filter(None, (result.sentence, _listed(wide))))
-    return replace(changed, sentence=" ".join(filter(None, (sentence, note if wide else ""))))
+    note = note if wide else ""
+    if result.restate is None:
+        sentence = " ".join(filter(None, (result.sentence, _listed(wide), note)))
+        return replace(result, parameters=parameters, sentence=sentence)
+    restate = partial(followed_by, note, result.restate) if note else result.restate
+    return replace(result, parameters=parameters, sentence=restate(parameters, result.extra), restate=restate)
+
+
+def followed_by(note: str, restate: Restate, estimates: Mapping[str, Estimate], extra: Mapping[str, Any]) -> str:
+    """The sentence that ``restate`` writes, and a note if it is not part of it."""
+    sentence = restate(estimates, extra)
+    return sentence if note in sentence else f"{sentence} {note}"
 
 
 def within_physical_range(result: Result) -> Result:

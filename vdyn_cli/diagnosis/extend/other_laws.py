@@ -11,7 +11,6 @@ from dataclasses import replace
 
 from vdyn_cli.diagnosis.extend.extension import publish_with
 from vdyn_cli.diagnosis.extend.interval_union import OpenAnswer, widened
-from vdyn_cli.diagnosis.extend.open_answers import HOLD_ALL
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.policy import POLICY
@@ -22,6 +21,8 @@ from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import SimulatedProblem
 from vdyn_cli.steps.wider_intervals import with_wider_intervals
+
+HOLD_FORMS = "The intervals include the effect with another form of its law, such as a slower decay."
 
 
 def holding_other_laws(strategy: Strategy, judgment: Judgment, result: Result, problem: SimulatedProblem) -> Result:
@@ -37,7 +38,7 @@ def holding_other_laws(strategy: Strategy, judgment: Judgment, result: Result, p
     if not found:
         return result
     result = problem.including(result, [(None, one.result) for one in found if one.result is not None])
-    return with_wider_intervals(result, widened(result.parameters, found), HOLD_ALL)
+    return with_wider_intervals(result, widened(result.parameters, found), HOLD_FORMS)
 
 
 def _others(strategy: Strategy, answer: CandidateModel, problem: SimulatedProblem) -> Iterator[OpenAnswer]:
