@@ -28,6 +28,11 @@ class Bins:
     lead: Array
 
     @property
+    def sparse(self) -> bool:
+        """Whether the samples are so far apart that none are averaged, as in a table of split times."""
+        return bool(np.all(self.count == 1))
+
+    @property
     def lags(self) -> Array:
         """Time between each two groups, (b, b), s: |t_i - t_j| of their mean times."""
         return np.asarray(np.abs(self.time[:, None] - self.time[None, :]))

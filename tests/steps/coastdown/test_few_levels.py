@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.ndimage import uniform_filter1d
 
 from tests.coast_cases import Array, known, logs_of, spec_of
 from tests.messy_cases import prepared
-from tests.plant import coast, narrow_splits
+from tests.plant import coast, messy_day, narrow_splits
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.diagnosis.diagnose import diagnosed
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.coastdown.fit.road_load_regression import initial_regression, rows_of
 from vdyn_cli.steps.coastdown.step import STEP
 
 LEVELS = np.array([72.0, 63.0, 54.0, 45.0, 36.0, 27.0]) / 3.6
@@ -68,3 +71,16 @@ def test_a_narrow_range_of_speed_keeps_its_road_load(seed: int) -> None:
     assert found.diagnosis.verdict in ("adequate", "ambiguous")
     for one in ("rolling_resistance", "drag_area"):
         assert found.parameters[one].half_width < 2.0 * base.parameters[one].half_width
+
+
+def test_a_road_acts_between_the_levels() -> None:
+    """Heavy vehicles, 300 m from level to level, had a drag area at its bound when simulated on the slopes there."""
+    day = messy_day.drive(4, messy_day.Day(upper=25.0, lower=5.0, runs=2))
+    tables = [replace(r, time=r.time[::50], speed=r.speed[::50]) for r in day.runs]
+    problem = prepared(replace(day, runs=tables), False, split_times=True).problem
+    regression = initial_regression(problem.campaign)  # type: ignore[attr-defined]
+    rows, slopes = rows_of(regression), np.sin(np.arange(len(rows_of(regression).road)))
+    road = dict(zip(rows.road, slopes.tolist(), strict=True))
+    theta = regression.local(regression.start(), 0)
+    theta[rows.road_columns] = slopes
+    assert np.allclose(rows.on_road(road).binned(0, theta)[0], rows.binned(0, theta)[0])

@@ -59,8 +59,7 @@ def binned_slopes(campaign: Campaign, run: int) -> Array:
     """
     layout, bins = campaign.layout, campaign.bins[run]
     assert layout is not None
-    sparse = bool(np.all(bins.count == 1))
-    weights = layout.weights_until_next(run) if sparse else layout.mean_weights(run, bins)
+    weights = layout.weights_until_next(run) if bins.sparse else layout.mean_weights(run, bins)
     return np.asarray(weights @ layout.factor)
 
 

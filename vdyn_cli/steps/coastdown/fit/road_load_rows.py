@@ -89,7 +89,8 @@ class RoadLoadRows:
         jacobian[:, inside] = columns
         if self.road:
             jacobian[:, self.road_columns] = self.noise.sizes[ROUGHNESS] * self.noise.slopes[run]
-            residual = residual + jacobian[:, self.road_columns] @ (shared[self.road_columns] - self.reference)
+            simulated_at = 0.0 if self.campaign.bins[run].sparse else self.reference
+            residual = residual + jacobian[:, self.road_columns] @ (shared[self.road_columns] - simulated_at)
         return residual, jacobian
 
     def __call__(self, run: int, theta: Array) -> Rows:
@@ -111,7 +112,11 @@ class RoadLoadRows:
         return replace(self, runs=self.runs.sensitive_to({*names, START}))
 
     def on_road(self, shared: Mapping[str, float]) -> RoadLoadRows:
-        """The rows simulated on another road: its unknowns, among the ``shared`` ones, in units of its roughness."""
+        """The rows simulated on another road: its unknowns, among the ``shared`` ones, in units of its roughness.
+
+        Runs with sparse rows are simulated on a level road: their road acts by its linear response alone, because the
+        slope at the rows does not determine the slope between them.
+        """
         layout = self.campaign.layout
         if layout is None or not self.road:
             return self
@@ -119,6 +124,9 @@ class RoadLoadRows:
         profile = layout.factor @ center
         drives = []
         for k, drive in enumerate(self.campaign.fit_drives):
+            if self.campaign.bins[k].sparse:
+                drives.append(drive)
+                continue
             slope = np.interp(drive.time, self.campaign.runs[k].time, layout.weights(k) @ profile)
             drives.append(replace(drive, inputs={**drive.inputs, "grade": np.asarray(drive.inputs["grade"]) + slope}))
         return replace(self, center=center, runs=replace(self.runs, drives=tuple(drives)))
