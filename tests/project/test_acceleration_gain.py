@@ -61,3 +61,19 @@ def test_slopes_that_scatter_the_acceleration_are_no_gain() -> None:
     log = Log("a.csv", time, {"speed": 15.0 - 2.1 * np.cos(0.5 * time), "acceleration": rate + slopes})
     assert np.std(log["acceleration"]) > 1.05 * np.std(rate)
     assert not with_cross_checks(log).findings
+
+
+@pytest.mark.parametrize(("gain", "logged", "wrong"), [(1.0, False, False), (1.0, True, False), (1.08, True, True)])
+def test_hills_that_resemble_a_gain_are_not_accused_and_an_elevation_shows_a_gain(
+    gain: float, logged: bool, wrong: bool
+) -> None:
+    """The car climbs where it accelerates and descends where it brakes, beside pulls of the engine on all slopes."""
+    generator = np.random.default_rng(3)
+    rate = 1.2 * np.sin(0.05 * TIME) + 0.9 * np.sin(1.3 * TIME)
+    slope = 0.014 * np.sin(0.05 * TIME)
+    speed = 5.0 + np.cumsum(rate) * 0.1
+    height = np.cumsum(slope * speed) * 0.1 + 0.1 * generator.standard_normal(TIME.size)
+    channels = {"speed": speed, "acceleration": gain * (rate + 9.80665 * slope)}
+    found = with_cross_checks(Log("a.csv", TIME, channels | ({"elevation": height} if logged else {}))).findings
+    assert bool(found) == wrong
+    assert all("write 'scale: 0.92" in one.remedy for one in found)

@@ -4,7 +4,9 @@ With x the change of the speed and y the integral of the acceleration in windows
 either, and the slope of the road, lower the gain of the regression of y on x and raise that of x on y: without
 correlation between the errors, the true gain lies between both (Fuller, Measurement Error Models, section 1.1). A slope
 that changes steadily over a coast-down resembles a gain of another size, so that only a lively drive determines small
-deviations.
+deviations. Hills last for longer than a pull of the engine, and few of them leave the correlation of slope and
+acceleration to chance; a sensor's gain is the same at any frequency. So the interval includes the gain of the fast
+changes alone.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vdyn_cli.io.quality.gain_changes import long_run_variance
+from vdyn_cli.io.quality.gain_changes import fast_changes, long_run_variance
 from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.unit_mistakes import ACCELERATION_MISTAKES, usual_mistake
@@ -50,9 +52,17 @@ def acceleration_gain(change: Array, gained: Array) -> AccelerationGain | None:
     """
     if change.size < FEWEST_WINDOWS or not np.ptp(change) > 0.0 or not np.ptp(gained) > 0.0:
         return None
-    x, y = change - change.mean(), gained - gained.mean()
+    found = _interval(change - change.mean(), gained - gained.mean())
+    fast = None if found is None else _interval(fast_changes(change), fast_changes(gained))
+    if found is None or fast is None:
+        return found
+    return AccelerationGain(found.value, min(found.low, fast.low), max(found.high, fast.high))
+
+
+def _interval(x: Array, y: Array) -> AccelerationGain | None:
+    """The gain of y (n,) over x (n,), both with a mean of zero; None if they are hardly correlated."""
     xx, yy, xy = float(x @ x), float(y @ y), float(x @ y)
-    if abs(xy) < QUALITY.least_likeness * np.sqrt(xx * yy):
+    if not abs(xy) >= max(QUALITY.least_likeness * np.sqrt(xx * yy), 1e-300):
         return None
     first, second = abs(xy) / xx, yy / abs(xy)
     y = y * np.sign(xy)

@@ -9,6 +9,7 @@ import numpy as np
 
 from vdyn_cli.io.quality.acceleration_gain import AccelerationGain, acceleration_gain
 from vdyn_cli.io.quality.quality_policy import QUALITY
+from vdyn_cli.io.quality.road_gravity import without_road_gravity
 from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
@@ -29,6 +30,7 @@ def gain_over_windows(log: Log, speed: str) -> tuple[AccelerationGain | None, Ar
     ----------
     speed : name of the channel.
     """
+    log = without_road_gravity(log, speed)
     found, change, mean = None, np.zeros(0), np.zeros(0)
     for window in WINDOWS:
         y, x = (np.diff(each) / window for each in _grid(log, speed, window))

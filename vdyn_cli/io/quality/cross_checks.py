@@ -12,6 +12,7 @@ from vdyn_cli.io.quality.acceleration_gain import acceleration_gain
 from vdyn_cli.io.quality.distance_gain import over_ground
 from vdyn_cli.io.quality.gain_changes import gain_change_findings
 from vdyn_cli.io.quality.quality_policy import QUALITY
+from vdyn_cli.io.quality.road_gravity import without_road_gravity
 from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
@@ -30,8 +31,8 @@ FEWEST_SAMPLES = 100  # samples
 def with_cross_checks(log: Log, refuse: bool = True, tilts: bool = False) -> Log:
     """The log with a finding for every pair of contradicting channels.
 
-    Position is compared with the integral of speed, and the change of speed with the integral of acceleration (the road
-    slope in an accelerometer's signal is negligible if the car is accelerated and braked hard). They contradict if the
+    Position is compared with the integral of speed, and the change of speed with the integral of acceleration, without
+    gravity's component where an elevation is logged. They contradict if the
     ratio of the scales differs from 1 by more than ``reported_scale`` (``reported_tilted_scale`` if ``tilts``).
 
     Parameters
@@ -151,7 +152,7 @@ def _ratios(log: Log) -> list[tuple[str, str, float]]:
     found = []
     if "position" in log and (ratio := _distance_ratio(log.time, speed, log["position"])) is not None:
         found.append((name, "position", ratio))
-    if "acceleration" in log and (ratio := _change_ratio(log.time, speed, log["acceleration"])) is not None:
+    if "acceleration" in log and (ratio := _change_ratio(without_road_gravity(log, name), name)) is not None:
         found.append(("acceleration", name, ratio))
     return found
 
@@ -166,15 +167,16 @@ def _distance_ratio(time: Array, speed: Array, position: Array) -> float | None:
     return moved / float(driven[-1]) if driven[-1] > LEAST_DISTANCE and moved > 0.0 else None
 
 
-def _change_ratio(time: Array, speed: Array, acceleration: Array) -> float | None:
+def _change_ratio(log: Log, name: str) -> float | None:
     """Signed ratio of speed changes to integrals of acceleration, rms over intervals of a second.
 
     None if the two are hardly correlated, or if noise or slopes alone explain that the ratio is not 1.
     """
+    speed, acceleration = log[name], log["acceleration"]
     good = np.isfinite(speed) & np.isfinite(acceleration)
     if np.count_nonzero(good) < 50 or np.std(acceleration[good]) < QUALITY.least_acceleration_std:
         return None
-    time, speed, change = time[good], speed[good], cumulative_integral(time[good], acceleration[good])
+    time, speed, change = log.time[good], speed[good], cumulative_integral(log.time[good], acceleration[good])
     ends = np.searchsorted(time, np.arange(time[0], time[-1], INTERVAL))
     if ends.size < 3:
         return None

@@ -151,7 +151,7 @@ def _without_jump(tie: Tie) -> Tie:
     return replace(tie, time=time, y=y, x=x)
 
 
-def _fast(values: Array) -> Array:
+def fast_changes(values: Array) -> Array:
     """Values (w,) of windows minus their mean over the windows about each: without what changes slowly, as a slope."""
     width = min(2 * QUALITY.slow_windows + 1, values.size)
     kernel = np.ones(width)
@@ -175,7 +175,7 @@ def changed_gain(tie: Tie) -> GainChange | None:
     """
     if tie.x.size < QUALITY.fewest_tie_windows:
         return None
-    y, x = (_fast(tie.y), _fast(tie.x)) if tie.constant else (tie.y, tie.x)
+    y, x = (fast_changes(tie.y), fast_changes(tie.x)) if tie.constant else (tie.y, tie.x)
     found = likely_change(y, x)
     if found is None:
         return None

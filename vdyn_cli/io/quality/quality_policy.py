@@ -309,7 +309,7 @@ class QualityPolicy:
 
     least_acceleration_std: float = 0.8
     """[m/s^2] scatter of the acceleration, above which its scale is compared with the speed. Slopes of 1 to 2 % add 0.1
-    to 0.2 m/s^2, which shifts the scale of a livelier drive by less than 3 %."""
+    to 0.2 m/s^2, which shifts the scale of a livelier drive by 3 to 8 %; its interval includes that."""
 
     exchanged_ratio: float = 3.0
     """ratio of a column's distances from its own and from another channel, above which both are exchanged. Exchanged
