@@ -1,7 +1,7 @@
 """Detection of a gain that changes in the middle of a log, from physically related ("tied") channels.
 
-For two tied channels, y = g x + c in windows of half a second with one gain g. Each window is tried as the time of the
-change; the one with the least sum of squares gives the gains before and after.
+For two tied channels, y = g x + c with one gain g, in windows of half a second, or four samples at low rates. Each
+window is tried as the time of the change; the one with the least sum of squares gives the gains before and after.
 """
 
 from __future__ import annotations
@@ -170,8 +170,7 @@ def changed_gain(tie: Tie) -> GainChange | None:
     It exceeds ``least_gain_change`` and ``gain_change_t``, and leaves less than ``abrupt_share`` of the sum of squares
     that a cubic drift of the gain leaves. Of a tie with a constant, which drifts as the hills in a specific force do,
     only the fast changes are compared, and the step explains ``stepped_share`` of what such a drift explains. It is no
-    delay: when the pedal is released, a speed that is late by 0.25 s
-    turns from 1 % too low to 1 % too high.
+    delay: when the pedal is released, a speed that is late by 0.25 s turns from 1 % too low to 1 % too high.
     """
     if tie.x.size < QUALITY.fewest_tie_windows:
         return None
@@ -184,7 +183,7 @@ def changed_gain(tie: Tie) -> GainChange | None:
         return None
     against = stepped_share(y, x, k, drifting(x))
     drifts = (
-        1.0 - share < QUALITY.stepped_share * (1.0 - share / against)
+        (1.0 - share) * against < QUALITY.stepped_share * (against - share)
         if tie.constant
         else against >= QUALITY.abrupt_share
     )
