@@ -11,6 +11,7 @@ from tests.steps.shaft.test_shaft_fit import log
 from vdyn_cli.io.clocks.held_values import with_held_interpolated
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.steps.shaft.encoder_angles import at_shifted_times
 from vdyn_cli.steps.shaft.problem import prepare
 from vdyn_cli.steps.shaft.shaft_readings import readings_of
 from vdyn_cli.steps.shaft.spec import ShaftSpec
@@ -79,9 +80,10 @@ def test_a_torque_that_the_logger_held_and_received_late_is_read_at_its_own_samp
     assert found.std < 0.03 * stiffness
 
 
-def test_an_accurate_torque_corrects_the_delay_that_a_usual_damping_gives() -> None:
+@pytest.mark.parametrize("late", [0.03, 0.0325])
+def test_an_accurate_torque_corrects_the_delay_that_a_usual_damping_gives(late: float) -> None:
     """The damping time is 1 ms: with the usual 5 ms, the delay would be 4 ms off, and the fit far off the readings."""
-    time, random, late = np.arange(0.0, 4.0, 5e-3), np.random.default_rng(8), 0.03
+    time, random = np.arange(0.0, 4.0, 5e-3), np.random.default_rng(8)
     after = np.maximum(time - 0.5, 0.0)
     twist = 0.05 * (1 - np.exp(-after / 0.5) * np.cos(2 * np.pi * 9.0 * after))
     torque = np.interp(time - late, time, 8000.0 * twist + 8.0 * np.gradient(twist, time))
@@ -105,3 +107,14 @@ def test_a_torque_interpolated_between_its_samples_has_the_noise_of_a_mean_of_tw
     assert run.noise[0] == pytest.approx(float(np.std(run.torque - true[: run.time.size])), rel=0.15)
     (side,) = prepare(spec(), (data,), Parameters()).sides
     assert side.torque_delay.value == pytest.approx(late, abs=1e-3)
+
+
+def test_a_shift_follows_an_oscillation_between_samples_and_fills_no_gap() -> None:
+    time = np.arange(400) / 200
+    signal = np.sin(2 * np.pi * 8.0 * time)
+    signal[100:120] = np.nan
+    found = at_shifted_times(time, signal, 2.5e-3)
+    assert np.isnan(found[[*range(99, 120), 399]]).all()
+    inner = np.isfinite(found) & (time > 0.05) & (time < 1.95) & ((time < 0.45) | (time > 0.65))
+    assert np.count_nonzero(inner) > 300
+    assert np.allclose(found[inner], np.sin(2 * np.pi * 8.0 * (time[inner] + 2.5e-3)), atol=1e-4)

@@ -99,3 +99,17 @@ def unwrapped(angle: Array) -> Array:
 def raw_twist(log: Log, gear_ratio: float) -> Array:
     """The twist (n,), rad, by both angles, with their arbitrary zeros; parameters as of with_twist_of_angles."""
     return np.asarray(unwrapped(log["motor_angle"]) / gear_ratio - unwrapped(log["wheel_angle"]))
+
+
+def at_shifted_times(time: Array, signal: Array, shift: float) -> Array:
+    """A signal (n,) at its times plus ``shift``, s, by a cubic spline; NaN beyond its ends and beside missing samples.
+
+    Straight lines between samples at 200 Hz are wrong by 0.8 % of an oscillation at 8 Hz, more than an encoder's noise.
+    """
+    from scipy.interpolate import CubicSpline
+
+    good = np.isfinite(signal)
+    if np.count_nonzero(good) < 2:
+        return np.full(time.size, np.nan)
+    there = np.interp(time + shift, time, good.astype(float), left=0.0, right=0.0) == 1.0
+    return np.where(there, CubicSpline(time[good], signal[good])(time + shift), np.nan)

@@ -14,7 +14,7 @@ from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array, Mask, cumulative_integral
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.shaft.encoder_angles import ANGLES, raw_twist, unwrapped
+from vdyn_cli.steps.shaft.encoder_angles import ANGLES, at_shifted_times, raw_twist, unwrapped
 from vdyn_cli.steps.shaft.encoder_eccentricity import smoothed, torque_columns
 from vdyn_cli.steps.shaft.policy import SHAFT_POLICY
 
@@ -111,6 +111,4 @@ def _signals(log: Log, ends: tuple[str, str], gear_ratio: float) -> tuple[Array,
 def _earlier(log: Log, name: str, delay: float) -> Log:
     """The log with one channel (n,) shifted earlier by ``delay``, s; NaN beyond its ends."""
     signal = unwrapped(log[name]) if name in ANGLES else log[name]
-    good = np.isfinite(signal)
-    shifted = np.interp(log.time + delay, log.time[good], signal[good], left=np.nan, right=np.nan)
-    return log.with_channels(**{name: shifted})
+    return log.with_channels(**{name: at_shifted_times(log.time, signal, delay)})

@@ -16,6 +16,7 @@ from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.shaft.encoder_angles import (
     ANGLES,
+    at_shifted_times,
     ratio_of_angles_doubts,
     twist_resolution,
     unwrapped,
@@ -35,6 +36,7 @@ OSCILLATION = 8.0
 SEEN = 2.0  # spectral density over that of the white noise; a mean over 20 segments of noise alone scatters by 22 %
 ROUNDING = 1e-9  # relative, by which a block is shorter: a sample at its end, rounded, is in the next one
 NODES = 6  # samples of a logged rate through which a polynomial is laid, for its integral over a step
+REACH = 8  # samples on either side to which an interpolated value is sensitive
 MOST_ADJUSTED = 3.0  # standard deviations of a reading, by which it is adjusted at most: noise exceeds it once in 370
 FEWEST_SAMPLES = 200  # a second at 200 Hz: two or three oscillations of a driveline
 MOST_TWIST = 3.0  # rad: no half-shaft twists so far while a brake holds the wheel
@@ -202,28 +204,27 @@ def _with_torque_on_time(log: Log, delay: float) -> Log:
         others = {n: unwrapped(x) if n in ANGLES else x for n, x in log.channels.items()}
         there = {n: np.interp(time - delay, log.time, x, left=np.nan, right=np.nan) for n, x in others.items()}
         return Log(log.name, time - delay, {**there, "shaft_torque": torque})
-    torque = log["shaft_torque"]
-    good = np.isfinite(torque)
-    if not delay or not good.any():
+    if not delay or not np.isfinite(log["shaft_torque"]).any():
         return log
-    earlier = np.interp(log.time + delay, log.time[good], torque[good], left=np.nan, right=np.nan)
-    return log.with_channels(shaft_torque=earlier)
+    return log.with_channels(shaft_torque=at_shifted_times(log.time, log["shaft_torque"], delay))
 
 
 def _with_noise_of_samples(run: ShaftReadings, sampled: Log, steps: float) -> ShaftReadings:
     """The readings with the torque's noise by its own samples, where it is interpolated between them.
 
-    Neighbors share a sample, so that their differences show too little noise. At the share w of an interval h between
-    samples, values with noise sigma have sigma sqrt(1 - 2 w (1 - w)), and means of these over H have
-    sigma sqrt(h/H (1 - 2 w (1 - w) h/H)).
+    Neighbors share samples, so that their differences show too little noise. With weights w of the samples, which sum
+    to 1, noise sigma of these becomes sigma |w|, and means over H, of samples at intervals h, have
+    sigma sqrt(h/H (1 - (1 - |w|^2) h/H)).
 
     Parameters
     ----------
     sampled : the torque as logged. steps : by which it is shifted, in intervals of its samples.
     """
-    means, share = _interval(sampled.time) / _interval(run.time), steps % 1.0
+    at = np.arange(2.0 * REACH)
+    weights = [at_shifted_times(at, one, steps % 1.0)[REACH - 1] for one in np.eye(at.size)]
+    means = _interval(sampled.time) / _interval(run.time)
     noise = white_level(sampled["shaft_torque"], sampled.time)
-    noise *= float(np.sqrt(means * (1.0 - 2.0 * share * (1.0 - share) * means)))
+    noise *= float(np.sqrt(means * (1.0 - (1.0 - np.dot(weights, weights)) * means)))
     return replace(run, noise=(noise, *run.noise[1:]))
 
 
