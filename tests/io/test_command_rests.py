@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from vdyn_cli.io.quality.command_rests import DriveTie, contradicted_rests
 from vdyn_cli.io.quality.log_flags import flags
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quality_flags import Flag
@@ -82,3 +83,13 @@ def test_a_slow_line_whose_rounding_rests_is_found() -> None:
     torque[2000:2600] = np.round(np.linspace(torque[1999], torque[1999] + 4.0, 602)[1:-1], 2)
     found = states(channels)
     assert np.mean(found[2000:2600] == Flag.FAILED) > 0.95
+
+
+@pytest.mark.parametrize(("late", "frozen"), [(0, False), (11, False), (0, True)])
+def test_a_late_torque_that_falls_between_two_gears_was_not_frozen(late: int, frozen: bool) -> None:
+    """At 50 Hz a torque of 545 N m decays within 0.1 s; it is 0.22 s late, or the car does not follow it."""
+    k = np.arange(400)
+    torque = 545.0 * np.exp(-np.maximum(k - 200, 0) / 3.0)
+    force = 0.002 * (np.full(k.size, 545.0) if frozen else np.r_[torque[late:], np.zeros(late)])
+    tie = DriveTie(force - 0.002 * torque, 0.002, 0.05, 0.2, 50)
+    assert bool(list(contradicted_rests(torque, [(150, 201)], tie))) == frozen

@@ -272,3 +272,18 @@ def test_a_speed_sensor_that_reads_no_creeping_car_is_no_fault() -> None:
     assert found({"speed": read, "wheel_speed_fl": read / 0.3}) == []
     read[500:520] = 0.0
     assert ("speed", "dropout", 500, 520) in found({"speed": read})
+
+
+@pytest.mark.parametrize("seed", [1, 4, 5])
+def test_a_coarse_speed_rests_at_a_constant_true_speed_and_jumps_after_it_was_frozen(seed: int) -> None:
+    """Steps of 0.0625 km/h with 29 % of that as noise: at a constant speed, eleven of twelve readings repeat."""
+    rng = np.random.default_rng(seed)
+    step = 0.0625 / 3.6
+    cruise = np.clip(T - 30.0, 0.0, 1.6)
+    driven = T - cruise
+    speed = 15.0 + 6.0 * np.sin(0.2 * driven) + 2.0 * np.sin(0.7 * driven)
+    speed += np.round(speed[1500] / step) * step - speed[1500]
+    speed = np.round((speed + rng.normal(0.0, step / 3.5, N)) / step) * step
+    assert found({"speed": speed}) == []
+    speed[2500:2600] = speed[2500]
+    assert [(c, t) for c, t, *_ in found({"speed": speed})] == [("speed", "frozen")]

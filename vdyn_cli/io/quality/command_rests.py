@@ -131,7 +131,7 @@ def contradicted_rests(
         ):
             why = f"jumps from {-rest.entered:.3g} N m to 0 and back to {rest.left:.3g} N m; the acceleration does not"
             yield rest.first, rest.stop, "dropout", why
-        elif any(abs(jump) > usual and _missed(at, jump, tie) for at, jump in rest.jumps):
+        elif any(abs(jump) > usual and _missed(values, at, jump, tie) for at, jump in rest.jumps):
             jump = max(rest.entered, rest.left, key=abs)
             why = f"is constant at {rest.value:.5g} N m and jumps by {jump:.3g} N m without a change of acceleration"
             yield rest.first, rest.stop, "dropout" if rest.value == 0.0 else "frozen", why
@@ -179,14 +179,19 @@ def _excess(rest: Rest, tie: DriveTie, idle: float) -> float:
     return float(np.abs(means).max() if rest.value > idle else max(means.max(), 0.0))
 
 
-def _missed(at: int, jump: float, tie: DriveTie) -> bool:
-    """Whether the residual jumps opposite to the torque at a sample, as the car's acceleration does not follow."""
+def _missed(values: Array, at: int, jump: float, tie: DriveTie) -> bool:
+    """Whether the residual jumps opposite to the torque at a sample, as the car's acceleration does not follow.
+
+    A torque that goes on changing after the jump, as between two gears, is compared by all of its change: if it is late
+    by a tenth of a second, the acceleration changes by all of that before the jump.
+    """
     n = max(tie.width // 2, 1)
-    before, after = tie.residual[max(at - n, 0) : at], tie.residual[at : at + n]
-    if not (np.isfinite(before).any() and np.isfinite(after).any()):
+    before, after = slice(max(at - n, 0), at), slice(at, at + n)
+    if not all(np.isfinite(tie.residual[part]).any() for part in (before, after)):
         return False
-    followed = float(np.nanmean(after) - np.nanmean(before)) / (-tie.gain * jump)
-    return tie.gain * abs(jump) > QUALITY.rest_t * tie.scatter and followed > 0.5
+    change, rest = (float(np.nanmean(x[after]) - np.nanmean(x[before])) for x in (values, tie.residual))
+    change = max(change * np.sign(jump), abs(jump)) * np.sign(jump)
+    return tie.gain * abs(jump) > QUALITY.rest_t * tie.scatter and rest / (-tie.gain * change) > 0.5
 
 
 def _others(sizes: Array, k: int) -> float:

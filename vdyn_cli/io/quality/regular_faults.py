@@ -74,7 +74,7 @@ def regular_faults(channel: SampledChannel, marked: Mask) -> Found:
     if not channel.varies:
         judged = judged & (np.abs(values) > QUALITY.idle_share * float(np.abs(values).max()))
     for a, b in lasting(improbable_segments(channel.equal & ~marked, judged, longer), time):
-        if not channel.varies and time[b - 1] - time[a] < QUALITY.command_time:
+        if not (channel.exceeds_noise(a, b) if channel.varies else time[b - 1] - time[a] >= QUALITY.command_time):
             continue
         if not marked[a:b].any() and channel.breaks_off(a, b) and (channel.varies or not _extreme(channel, a)):
             what = f"is constant at {channel.text(values[a])} for {time[b - 1] - time[a]:.3g} s"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import erf
 
 import numpy as np
 
@@ -98,6 +99,17 @@ class SampledChannel:
         return float(np.quantile(steps[steps > 0.0], 0.99)) if np.any(steps) else 0.0
 
     @cached_property
+    def likeliest_rest(self) -> float:
+        """Probability that a reading repeats halfway between two rounding limits, where the noise is least visible.
+
+        With white noise of standard deviation s and steps q it is erf(q / (2 sqrt(2) s)); the mean square of
+        x_k - 2 x_k-1 + x_k-2 is 6 (s^2 + q^2 / 12).
+        """
+        bends = np.diff(self.values, 2)[self.moving[2:]]
+        noise = float(np.mean(bends**2)) / 6.0 - self.resolution**2 / 12.0 if bends.size else 0.0
+        return erf(self.resolution / (8.0 * noise) ** 0.5) if noise > 0.0 else 1.0
+
+    @cached_property
     def usual_bend(self) -> float:
         """Median magnitude of x_k - 2 x_k-1 + x_k-2 where the car moves: 1.65 standard deviations of white noise."""
         bends = np.abs(np.diff(self.values, 2))[self.moving[2:]]
@@ -106,8 +118,16 @@ class SampledChannel:
     def breaks_off(self, a: int, b: int) -> bool:
         """Whether the channel has noise outside of a segment, or the segment ends with a jump."""
         elsewhere = int(self._flickers[-1] - self._flickers[b] + self._flickers[a])
+        return elsewhere >= QUALITY.fewest_flickers or self._jumps(b)
+
+    def exceeds_noise(self, a: int, b: int) -> bool:
+        """Whether a constant segment ends with a jump, or is too long for the noise at a constant true value."""
+        limit = np.log(QUALITY.false_alarm / max(np.count_nonzero(self.equal[1:] & ~self.equal[:-1]), 1))
+        return self._jumps(b) or bool((b - a - 2) * np.log(self.likeliest_rest) < limit)
+
+    def _jumps(self, b: int) -> bool:
         jump = abs(self.values[b] - self.values[b - 1]) if b < self.values.size else 0.0
-        return elsewhere >= QUALITY.fewest_flickers or bool(jump > QUALITY.exit_jump * self._usual_step > 0.0)
+        return bool(jump > QUALITY.exit_jump * self._usual_step > 0.0)
 
     @property
     def varies(self) -> bool:
