@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,15 @@ import pytest
 import yaml
 
 from tests.plant.tire import friction
+from vdyn_cli.diagnosis.strategies.effect_unknowns import unknowns_of
+from vdyn_cli.effects import catalog
 from vdyn_cli.project.execute import execute
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.steps.added_effects import AddedEffects
+from vdyn_cli.steps.tire.problem import _with_likely_effect, prepare
+from vdyn_cli.steps.tire.spec import TireSpec
+from vdyn_cli.steps.tire.tire_regression import CAR_TIRES
 
 CURVE = (12.0, 1.55, 0.98, 0.1)
 LOAD, RATE = 4000.0, 100.0  # N, Hz
@@ -21,6 +30,7 @@ WARMING = 0.004  # 1/s of sweeping, by which a cold tread gains friction at firs
 LATE = 0.03  # s by which a rig logs its slip late
 GPS_LATE = 0.12  # s by which the vehicle speed is logged late
 GROWTH = 0.006  # share by which the rolling radius is larger at 100 km/h
+RELAXATION = 0.35  # m that a tire rolls until its slip acts
 TIME = np.arange(1200) / RATE
 
 
@@ -146,3 +156,28 @@ def test_a_fault_is_named_and_leaves_the_curve(
     assert cause["unknowns"][effect]["value"] == pytest.approx(size, rel=tolerance)
     for name, truth in zip(("tire_B", "tire_C", "tire_D"), CURVE, strict=False):
         assert document["parameters"][name]["value"] == pytest.approx(truth, rel=0.02)
+
+
+def pulsed(k: int) -> dict[str, np.ndarray]:
+    """Braking in pulses, three a second, of a tire that must roll ``RELAXATION`` until its slip acts."""
+    rng = np.random.default_rng(k)
+    time, speed = np.arange(1500) / 250.0, 9.0 * (1 + k)
+    slip = -0.1 * np.clip(time, 0.0, 1.0) * (1.0 - np.cos(2 * np.pi * 3.1 * time)) * (1.0 - 0.5 * np.cos(time))
+    acts, kept = np.zeros_like(slip), np.exp(-speed / 250.0 / RELAXATION)
+    for i in range(1, time.size):
+        acts[i] = kept * acts[i - 1] + (1.0 - kept) * (slip[i - 1] + slip[i]) / 2
+    noise = rng.standard_normal((3, time.size)) * np.array([[1e-3], [12.0], [12.0]])
+    read = np.array([slip, friction(acts, *CURVE) * LOAD, np.full(time.size, LOAD)]) + noise
+    channels = dict(zip(("slip", "force_x", "force_z"), read, strict=True))
+    return {"time": time, **channels, "vehicle_speed": np.full(time.size, speed)}
+
+
+@pytest.mark.slow  # three fits of 2 s
+def test_a_diagnosis_starts_from_the_likeliest_effect_where_no_curve_can_be_fitted() -> None:
+    logs = [Log(f"{k}.csv", table.pop("time"), table) for k, table in enumerate(map(pulsed, range(2)))]
+    problem = prepare(TireSpec.model_validate({"test": "tire"}), logs, Parameters({}))
+    effects = [e for e in catalog() if e.name in ("slip_offset", "tire_relaxation")]
+    added = AddedEffects(tuple(effects), tuple(u for e in effects for u in unknowns_of(e, prior=True)))
+    found = _with_likely_effect(replace(problem.fit, prior=CAR_TIRES, added=added), effects)
+    assert found["tire_relaxation"] == pytest.approx(RELAXATION, rel=0.1)
+    assert "slip_offset" not in found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
 from vdyn_cli.effects import Effect
@@ -19,7 +19,7 @@ from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
-from vdyn_cli.steps.effect_estimates import unbounded, unknowns_of_profiles
+from vdyn_cli.steps.effect_estimates import is_law, unbounded, unknowns_of_profiles
 from vdyn_cli.steps.failure import UnpublishedError, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
@@ -47,11 +47,13 @@ class TireProblem(SimulatedProblem):
     logs : with slip, NaN for excluded samples.
     fit : the logs averaged into bins, with the stated priors, without effects.
     formula : the same without departure from the magic formula, where the curve of ``fit`` may depart; else None.
+    likely : by effects, the fit with the likeliest one, where that without any is refused; shared with the free form.
     """
 
     logs: tuple[Log, ...]
     fit: TireCurveProblem
     formula: TireCurveProblem | None = None
+    likely: dict[tuple[Effect, ...], Mapping[str, float]] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def model(self) -> Model:
@@ -94,8 +96,13 @@ class TireProblem(SimulatedProblem):
         """
         try:
             prior, values = self.baseline.fit.prior, self.baseline.solution.values
-        except ResultError:  # the diagnosis starts from a typical tire
-            prior, values = {**CAR_TIRES, **self.fit.prior}, NO_VALUES
+        except ResultError:  # the diagnosis starts from the curve with the most likely effect, or a typical tire
+            prior = {**CAR_TIRES, **self.fit.prior}
+            laws = tuple(e for e in added.effects if is_law(e))
+            if laws not in self.likely:
+                every = replace(self.formula or self.fit, prior=prior, added=added)
+                self.likely[laws] = _with_likely_effect(every, laws)
+            values = self.likely[laws]
         fit = replace(self.fit, prior=prior, added=added)
         begin = {**fit.first_values, **values, **start}
         at: Mapping[str, float] = begin
@@ -108,7 +115,7 @@ class TireProblem(SimulatedProblem):
 
     def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """B C D, the slope of friction at zero slip."""
-        at = {**self.baseline.solution.values, **values}
+        at = values if set(SHAPE) <= set(values) else {**self.baseline.solution.values, **values}
         return {STIFFNESS: at["tire_B"] * at["tire_C"] * at["tire_D"]}
 
     def publish(self, added: AddedEffects = NO_EFFECTS) -> Result:
@@ -181,6 +188,20 @@ class TireProblem(SimulatedProblem):
             return ()
         what = "contradicts the other sweeps, which are consistent without it"
         return (Finding(found[0], what, remedy="check for a wet or cold road, another load, or a failed channel"),)
+
+
+def _with_likely_effect(fit: TireCurveProblem, effects: Sequence[Effect]) -> Mapping[str, float]:
+    """The values of the fit with the one of these effects that explains most; empty where none can be fitted.
+
+    An error that drives the curve without effects to its bounds, such as a relaxation length under fast pulses, is far
+    from values to which a fit of all effects converges from a typical tire.
+    """
+    found: list[Solution] = []
+    for effect in effects:
+        alone = replace(fit, added=fit.added.without([e for e in fit.added.effects if e is not effect]))
+        with suppress(ResultError):
+            found.append(alone.minima()[0])
+    return min(found, key=lambda s: s.cost).values if found else NO_VALUES
 
 
 def _free_forms(bare: TireCurveProblem) -> Iterator[FittedCurve]:
