@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from math import erf
 
 import numpy as np
 
 from vdyn_cli.io.quality.command_rests import contradicted_rests, drive_tie, off_source_grid
 from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.io.quality.regular_segments import LINE, improbable_segments, merged, rounded_line
-from vdyn_cli.io.quality.sampled_channel import SampledChannel, lasting
+from vdyn_cli.io.quality.sampled_channel import SampledChannel, jumps, lasting
 from vdyn_cli.quantities.arrays import Array, Mask, spans
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quality_flags import EVERY, Fault
@@ -74,7 +75,7 @@ def regular_faults(channel: SampledChannel, marked: Mask) -> Found:
     if not channel.varies:
         judged = judged & (np.abs(values) > QUALITY.idle_share * float(np.abs(values).max()))
     for a, b in lasting(improbable_segments(channel.equal & ~marked, judged, longer), time):
-        if not (channel.exceeds_noise(a, b) if channel.varies else time[b - 1] - time[a] >= QUALITY.command_time):
+        if not (_exceeds_noise(channel, a, b) if channel.varies else time[b - 1] - time[a] >= QUALITY.command_time):
             continue
         if not marked[a:b].any() and channel.breaks_off(a, b) and (channel.varies or not _extreme(channel, a)):
             what = f"is constant at {channel.text(values[a])} for {time[b - 1] - time[a]:.3g} s"
@@ -98,6 +99,25 @@ def regular_faults(channel: SampledChannel, marked: Mask) -> Found:
             and rounded_line(channel.places(a, b), values[a:b], channel.resolution)
         ):
             yield a, b, "straight_line", f"follows a straight line for {time[b - 1] - time[a]:.3g} s"
+
+
+def _exceeds_noise(channel: SampledChannel, a: int, b: int) -> bool:
+    """Whether a constant segment ends with a jump, or is too long for the channel's noise at a constant true value."""
+    rests = int(np.count_nonzero(channel.equal[1:] & ~channel.equal[:-1]))
+    likely = (b - a - 2) * np.log(_likeliest_rest(channel))
+    return jumps(channel, b) or bool(likely < np.log(QUALITY.false_alarm / max(rests, 1)))
+
+
+def _likeliest_rest(channel: SampledChannel) -> float:
+    """Probability that a reading repeats halfway between two rounding limits, where the noise is least visible.
+
+    With white noise of standard deviation s and steps q it is erf(q / (2 sqrt(2) s)); the mean square of
+    x_k - 2 x_k-1 + x_k-2 is 6 (s^2 + q^2 / 12).
+    """
+    bends, step = np.diff(channel.values, 2)[channel.moving[2:]], channel.resolution
+    bends = bends[np.abs(bends) <= QUALITY.exit_jump * channel.usual_step]  # without the jumps of faults
+    noise = float(np.mean(bends**2)) / 6.0 - step**2 / 12.0 if bends.size else 0.0
+    return max(erf(step / (8.0 * noise) ** 0.5), 1e-300) if noise > 0.0 else 1.0
 
 
 def longest_rest(channel: SampledChannel, judged: Mask, first: int, stop: int) -> float:

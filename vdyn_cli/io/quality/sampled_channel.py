@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import erf
 
 import numpy as np
 
@@ -94,20 +93,10 @@ class SampledChannel:
         return np.concatenate([[0], np.cumsum(alternating(self.values, tolerance))])
 
     @cached_property
-    def _usual_step(self) -> float:
+    def usual_step(self) -> float:
+        """99 % quantile of the steps between two samples."""
         steps = np.abs(np.diff(self.values))
         return float(np.quantile(steps[steps > 0.0], 0.99)) if np.any(steps) else 0.0
-
-    @cached_property
-    def likeliest_rest(self) -> float:
-        """Probability that a reading repeats halfway between two rounding limits, where the noise is least visible.
-
-        With white noise of standard deviation s and steps q it is erf(q / (2 sqrt(2) s)); the mean square of
-        x_k - 2 x_k-1 + x_k-2 is 6 (s^2 + q^2 / 12).
-        """
-        bends = np.diff(self.values, 2)[self.moving[2:]]
-        noise = float(np.mean(bends**2)) / 6.0 - self.resolution**2 / 12.0 if bends.size else 0.0
-        return erf(self.resolution / (8.0 * noise) ** 0.5) if noise > 0.0 else 1.0
 
     @cached_property
     def usual_bend(self) -> float:
@@ -118,16 +107,7 @@ class SampledChannel:
     def breaks_off(self, a: int, b: int) -> bool:
         """Whether the channel has noise outside of a segment, or the segment ends with a jump."""
         elsewhere = int(self._flickers[-1] - self._flickers[b] + self._flickers[a])
-        return elsewhere >= QUALITY.fewest_flickers or self._jumps(b)
-
-    def exceeds_noise(self, a: int, b: int) -> bool:
-        """Whether a constant segment ends with a jump, or is too long for the noise at a constant true value."""
-        limit = np.log(QUALITY.false_alarm / max(np.count_nonzero(self.equal[1:] & ~self.equal[:-1]), 1))
-        return self._jumps(b) or bool((b - a - 2) * np.log(self.likeliest_rest) < limit)
-
-    def _jumps(self, b: int) -> bool:
-        jump = abs(self.values[b] - self.values[b - 1]) if b < self.values.size else 0.0
-        return bool(jump > QUALITY.exit_jump * self._usual_step > 0.0)
+        return elsewhere >= QUALITY.fewest_flickers or jumps(self, b)
 
     @property
     def varies(self) -> bool:
@@ -144,6 +124,12 @@ class SampledChannel:
     def rests(self) -> bool:
         """Whether it may be constant, or change linearly, for any time: neither a varying reading nor a command."""
         return not (self.varies or self.name in COMMANDS)
+
+
+def jumps(channel: SampledChannel, at: int) -> bool:
+    """Whether the step to sample ``at`` exceeds the usual ones by ``exit_jump``; False behind the last sample."""
+    jump = abs(channel.values[at] - channel.values[at - 1]) if at < channel.values.size else 0.0
+    return bool(jump > QUALITY.exit_jump * channel.usual_step > 0.0)
 
 
 def sampled_channel(log: Log, name: str, unit: str) -> SampledChannel:
