@@ -30,6 +30,7 @@ HIDDEN = (
     Hidden("backlash", 2e-3),
     Hidden("backlash", 1e-2),
     Hidden("torque_zero_drift", 1.0),
+    Hidden("inertia_before_shaft", 1.5),
 )
 
 

@@ -37,7 +37,7 @@ CANDIDATES = {
         hub_torque_gain hub_torque_lag hub_torque_offset torque_zero_drift wheel_mass wheel_radius wheel_windage
     """,
     "shaft": """
-        backlash series_compliance torque_zero_drift
+        backlash inertia_before_shaft series_compliance torque_zero_drift
     """,
     "tire": """
         braking_friction force_offset friction_drift friction_fade ground_speed_delay load_offset load_sensitivity

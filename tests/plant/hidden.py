@@ -209,6 +209,7 @@ TWISTED: Mapping[str, float] = {
     "damping": 20.0,
     "backlash": 2e-3,
     "torque_zero_drift": 0.1,
+    "inertia_before_shaft": 0.1,
 }
 
 

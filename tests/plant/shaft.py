@@ -24,11 +24,19 @@ EFFECTS = {
     "series_compliance": "rad/(N m) of the joints, in series with the shaft",
     "damping": "N m s/rad beyond the vehicle's",
     "backlash": "rad of free play to either side",
+    "inertia_before_shaft": "kg m^2 between the torque's measurement and the shaft, by the motor's current",
     "torque_zero_drift": "N m/s by which the torque's zero drifts from the start",
     "stiffening": "1/rad^2: torque k phi (1 + q phi^2); in no catalog, for controls",
 }
 # Sizes at which finite differences are taken.
-SMALL = {"series_compliance": 1e-7, "damping": 0.1, "backlash": 1e-3, "stiffening": 1.0, "torque_zero_drift": 0.1}
+SMALL = {
+    "series_compliance": 1e-7,
+    "damping": 0.1,
+    "backlash": 1e-3,
+    "stiffening": 1.0,
+    "inertia_before_shaft": 0.01,
+    "torque_zero_drift": 0.1,
+}
 ONE_SIDED = ("backlash",)
 RATE = 1000.0
 STEP = 1.25e-4  # s
@@ -102,6 +110,8 @@ def noise_free(vehicle: Vehicle, times: Array, effects: Mapping[str, float] | No
     history = _drive(vehicle, effects, len(grid))
     found = {header: np.interp(times, grid, signal) for header, signal in zip(SENSORS, history.T, strict=True)}
     found["Shaft Torque [N m]"] += effects.get("torque_zero_drift", 0.0) * (times - times[0])
+    accelerated = np.gradient(history[:, 1], STEP) * effects.get("inertia_before_shaft", 0.0)
+    found["Shaft Torque [N m]"] += np.interp(times, grid, accelerated)
     return found
 
 

@@ -186,7 +186,9 @@ def test_the_integrated_noise_of_speeds_is_no_delay() -> None:
 
 def test_readings_that_a_wrong_law_would_move_beyond_their_noise_are_not_adjusted() -> None:
     time = np.arange(4.0)
-    run = ShaftReadings("run", time, time, np.zeros(4), np.zeros(4), (1.0, 1e-3, 0.1))
-    twist, rate = run.within_noise(np.array([0.0, 2e-3, 4e-3, -5e-3]), np.array([0.0, 0.2, 0.5, 0.0]))
+    run = ShaftReadings("run", time, time, np.zeros(4), np.zeros(4), (1.0, 1e-3, 0.1), np.zeros(4), 0.1)
+    moved = np.array([0.0, 2e-3, 4e-3, -5e-3]), np.array([0.0, 0.2, 0.5, 0.0]), np.array([0.0, 0.0, -0.2, 0.4])
+    twist, rate, motor = run.within_noise(*moved)
     assert twist.tolist() == [0.0, 2e-3, 0.0, 0.0]
     assert rate.tolist() == [0.0, 0.2, 0.0, 0.0]
+    assert motor.tolist() == [0.0, 0.0, -0.2, 0.0]

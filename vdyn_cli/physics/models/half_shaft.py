@@ -16,12 +16,13 @@ def _assemble(e: ModelBuilder, u: Signals) -> None:
         stiffness=p.shaft_stiffness,
         damping=p.shaft_damping,
     )
-    e.sensor("shaft_torque", torque + p.torque_zero, run_time=u.run_time)
+    about = {"run_time": u.run_time, "motor_acceleration": u.motor_acceleration}
+    e.sensor("shaft_torque", torque + p.torque_zero, **about)
 
 
 HALF_SHAFT = Model(
     "half shaft",
     _assemble,
     ("shaft_stiffness", "shaft_damping", "twist_zero", "rate_zero", "torque_zero"),
-    ("twist", "twist_rate", "run_time"),
+    ("twist", "twist_rate", "run_time", "motor_acceleration"),
 )

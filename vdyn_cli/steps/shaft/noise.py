@@ -13,6 +13,7 @@ import numpy as np
 
 from vdyn_cli.inference.banded import factored, weighed, whitened
 from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.steps.shaft.motor_acceleration import autocovariance, by_speed
 from vdyn_cli.steps.shaft.shaft_readings import ShaftReadings
 
 GAP = 3.0  # median time steps; over longer ones the twist is not integrated
@@ -27,16 +28,19 @@ class ReadingConditions:
     ----------
     values : (2 n - 1,), alternately the residual of the torque (N m) and of the twist's integration (rad).
     to_twist, to_rate : (n,), derivatives of the law's torque by twist and rate, N m/rad and N m s/rad.
+    to_acceleration : likewise by the motor's acceleration, kg m^2, one value. The rows' covariance
+        takes the noises of the motor's speed and of the rate as independent; the adjustment does not.
     """
 
     run: ShaftReadings
     values: Array
     to_twist: Array
     to_rate: Array
+    to_acceleration: float = 0.0
 
     @cached_property
     def factor(self) -> Array:
-        """Banded Cholesky factor, (2 nodes - 1, 2 n - 1), of the conditions' covariance A S A'."""
+        """Banded Cholesky factor, (2 nodes - 1 or more, 2 n - 1), of the conditions' covariance A S A'."""
         torque, twist, rate = (noise**2 for noise in self.run.noise)
         to_twist, to_rate = self.run.chain
         width = len(self.run.nodes)
@@ -55,6 +59,13 @@ class ReadingConditions:
                 for noise, w in ((twist, to_twist), (rate, to_rate))
             )
             band[2 * apart, 1 : -2 * apart : 2] = shared
+        if self.to_acceleration:
+            moved = self.to_acceleration**2 * autocovariance(self.run.time, self.run.motor_noise)
+            wider = np.zeros((max(len(band), 2 * moved.size - 1), band.shape[1]))
+            wider[: len(band)] = band
+            band = wider
+            for apart, covariance in enumerate(moved):
+                band[2 * apart, : band.shape[1] - 2 * apart : 2] += covariance
         return factored(band)
 
     @property
@@ -66,8 +77,11 @@ class ReadingConditions:
             broken[1:] |= broken[:-1].copy()
         return np.where(broken, UNCHAINED, 0.0)
 
-    def adjusted(self) -> tuple[Array, Array]:
-        """The most probable twist (rad) and rate (rad/s), (n,) each, by the module's equation."""
+    def adjusted(self) -> tuple[Array, Array, Array]:
+        """The most probable twist (rad), rate and motor speed (rad/s), (n,) each, by the module's equation.
+
+        The rate is that of motor and wheel: what moves it moves the motor's speed.
+        """
         weights = weighed(self.factor, whitened(self.factor, self.values))
         pulls = []
         for slope, link in zip((self.to_twist, self.to_rate), self.run.chain, strict=True):
@@ -76,4 +90,8 @@ class ReadingConditions:
                 np.add.at(pull, nodes, link[:, k] * weights[1::2])
             pulls.append(pull)
         _, twist_noise, rate_noise = self.run.noise
-        return self.run.twist - twist_noise**2 * pulls[0], self.run.rate - rate_noise**2 * pulls[1]
+        motor = self.run.motor_speed
+        if motor.size:
+            moved = pulls[1] + self.to_acceleration * by_speed(self.run.time, weights[::2])
+            motor = motor - self.run.motor_noise**2 * moved
+        return self.run.twist - twist_noise**2 * pulls[0], self.run.rate - rate_noise**2 * pulls[1], motor

@@ -122,8 +122,8 @@ class ShaftFit:
 
     def adjusted(self, index: int, theta: Array) -> tuple[Array, Array, Array]:
         """Adjusted twist (rad) and rate (rad/s) of a run and the law's torque (N m) for them, (n,) each."""
-        twist, rate = self._conditions(index, theta).adjusted()
-        torque = self._simulated(self.runs[index].drive(twist, rate), theta).outputs["shaft_torque"]
+        twist, rate, motor = self._conditions(index, theta).adjusted()
+        torque = self._simulated(self.runs[index].drive(twist, rate, motor), theta).outputs["shaft_torque"]
         return twist, rate, np.asarray(torque)
 
     def solve(self, linear: Solution) -> tuple[Solution, Array]:
@@ -177,9 +177,9 @@ class ShaftFit:
     def _frozen_rows(self, index: int, at: Array) -> Callable[[Array], Rows]:
         """One run's rows with readings adjusted, and weights computed, at its local unknowns ``at``."""
         run, zero = self.runs[index], self._names.index("rate_zero")
-        about = run.twist, run.rate
+        about = run.twist, run.rate, run.motor_speed
         for _ in range(ADJUSTMENTS):
-            conditions = self._conditions(index, at, about)
+            conditions = self._conditions(index, at, about[:2])
             about = run.within_noise(*conditions.adjusted())
         drive = run.drive(*about)
         torque = self._simulated(drive, at).outputs["shaft_torque"]
@@ -214,7 +214,7 @@ class ShaftFit:
         """
         run = self.runs[index]
         twist, rate = (run.twist, run.rate) if about is None else about
-        simulated = self._simulated(run.drive(twist, rate), theta)
+        simulated = self._simulated(run.drive(twist, rate, run.motor_speed), theta)
         tangents = simulated.sensitivities["shaft_torque"]
         # The derivative of the torque by the twist is minus that by its zero.
         zero = self._names.index("rate_zero")
@@ -224,7 +224,7 @@ class ShaftFit:
         if about is not None:
             values[::2] += to_twist * (run.twist - twist) + to_rate * (run.rate - rate)
         values[1::2] = run.linked(run.twist, run.rate - theta[zero])
-        return ReadingConditions(run, values, to_twist, to_rate)
+        return ReadingConditions(run, values, to_twist, to_rate, _inertia(self, run, theta))
 
     @cached_property
     def _names(self) -> tuple[str, ...]:
@@ -239,6 +239,16 @@ class ShaftFit:
     def _simulated(self, drive: Drive, theta: Array) -> Simulated:
         """The law's torque at the unknowns ``theta``, with a twist zero of 0 where that is not an unknown."""
         return self._simulator(drive, np.append(theta, np.zeros(len(self._names) - theta.size)))
+
+
+def _inertia(fit: ShaftFit, run: ShaftReadings, theta: Array) -> float:
+    """Derivative of the torque by the acceleration of the inner end, kg m^2, at a run's local unknowns."""
+    if not (fit.added.effects and run.motor_speed.size):
+        return 0.0
+    rest = np.zeros(2)
+    inputs = {"twist": rest, "twist_rate": rest, "run_time": rest, "motor_acceleration": np.array([0.0, 1.0])}
+    torque = fit._simulated(Drive(run.time[:2], inputs), theta).outputs["shaft_torque"]
+    return float(torque[1] - torque[0])
 
 
 def linear_solution(runs: Sequence[ShaftReadings]) -> Solution:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,6 +22,7 @@ from vdyn_cli.steps.shaft.encoder_angles import (
     unwrapped,
     with_twist_of_angles,
 )
+from vdyn_cli.steps.shaft.motor_acceleration import acceleration
 from vdyn_cli.steps.shaft.policy import SHAFT_POLICY
 from vdyn_cli.steps.shaft.spec import SIDES, ShaftSpec, SideName
 from vdyn_cli.steps.sign_conventions import REMEDY, cosine, wrong_sign
@@ -41,6 +42,7 @@ MOST_ADJUSTED = 3.0  # standard deviations of a reading, by which it is adjusted
 FEWEST_SAMPLES = 200  # a second at 200 Hz: two or three oscillations of a driveline
 MOST_TWIST = 3.0  # rad: no half-shaft twists so far while a brake holds the wheel
 DEAD = 0.02  # share of the other speed below which a speed sensor counts as failed
+NOT_LOGGED = np.zeros(0)
 TURNING = 1.0  # rad/s of the wheel, above which the ratio of the speeds is accurate enough
 
 
@@ -53,6 +55,7 @@ class ShaftReadings:
     name : of the log. time, torque, twist, rate : (n,), SI; of twist and rate, one that is not logged is computed from
         the other.
     noise : standard deviations of torque (N m), twist (rad), rate (rad/s).
+    motor_speed : (n,), rad/s, of the inner end; empty where it is not logged. motor_noise : its standard deviation.
     """
 
     name: str
@@ -61,6 +64,8 @@ class ShaftReadings:
     twist: Array
     rate: Array
     noise: tuple[float, float, float]
+    motor_speed: Array = field(default_factory=lambda: NOT_LOGGED)
+    motor_noise: float = 0.0
 
     @classmethod
     def of(cls, log: Log, gear_ratio: float, resolution: float = 0.0) -> ShaftReadings:
@@ -78,15 +83,18 @@ class ShaftReadings:
         if "motor_speed" in used:
             rate = values["motor_speed"] / gear_ratio - values["wheel_speed"]
             rate_noise = white_level(rate, time)
+            motor = values["motor_speed"] / gear_ratio
         else:
             rate, rate_noise = np.gradient(values["twist"], time), UNREAD_RATE
+            motor = NOT_LOGGED
         if "twist" in used:
             twist, twist_noise = values["twist"], max(white_level(values["twist"], time), resolution)
         else:
             twist_noise = UNREAD_TWIST
             twist = cumulative_integral(time, rate)
         noise = white_level(values["shaft_torque"], time), twist_noise, rate_noise
-        return cls(log.name, time, values["shaft_torque"], twist, rate, noise)
+        motor_noise = white_level(motor, time) if motor.size else 0.0
+        return cls(log.name, time, values["shaft_torque"], twist, rate, noise, motor, motor_noise)
 
     def averaged(self) -> ShaftReadings:
         """Means over blocks, ``OSCILLATION`` or more per period of the fastest oscillation of the rate above its noise.
@@ -103,12 +111,14 @@ class ShaftReadings:
         samples = frequency // (OSCILLATION * fastest)
         if samples < 2:
             return self
-        whole = Log(self.name, self.time, {"torque": self.torque, "rate": self.rate})
+        speed = {"motor": self.motor_speed} if self.motor_speed.size else {}
+        whole = Log(self.name, self.time, {"torque": self.torque, "rate": self.rate, **speed})
         log = condensed(whole, frequency / samples * (1.0 + ROUNDING))
         torque, twist, rate = self.noise
         noise = torque / samples**0.5, twist, rate / samples**0.5
         twists = cumulative_integral(log.time, log["rate"])
-        return ShaftReadings(self.name, log.time, log["torque"], twists, log["rate"], noise)
+        motor = (log["motor"], self.motor_noise / samples**0.5) if speed else (NOT_LOGGED, 0.0)
+        return ShaftReadings(self.name, log.time, log["torque"], twists, log["rate"], noise, *motor)
 
     @property
     def conditions_per_sample(self) -> int:
@@ -169,18 +179,21 @@ class ShaftReadings:
         at = np.column_stack(self.nodes)
         return np.asarray(np.sum(to_twist * twist[at] + to_rate * rate[at], axis=1))
 
-    def within_noise(self, twist: Array, rate: Array) -> tuple[Array, Array]:
-        """Adjusted twists and rates, (n,) each; the readings where they are moved further than noise does.
+    def within_noise(self, twist: Array, rate: Array, motor: Array) -> tuple[Array, Array, Array]:
+        """Adjusted twists, rates and motor speeds, (n,) each; the readings where they move beyond noise.
 
         A law that the logs contradict would else move the twist towards itself, and bend the curve of its own error.
         """
-        read = (self.twist, twist, self.noise[1]), (self.rate, rate, self.noise[2])
+        of_motor = self.motor_speed, motor, self.motor_noise
+        read = (self.twist, twist, self.noise[1]), (self.rate, rate, self.noise[2]), of_motor
         near = [np.where(np.abs(found - x) > MOST_ADJUSTED * std, x, found) for x, found, std in read]
-        return near[0], near[1]
+        return near[0], near[1], near[2]
 
-    def drive(self, twist: Array, rate: Array) -> Drive:
-        """The shaft's inputs at the run's times: twist (rad) and its rate (rad/s), (n,) each."""
-        return Drive(self.time, {"twist": twist, "twist_rate": rate, "run_time": self.time - self.time[0]})
+    def drive(self, twist: Array, rate: Array, motor: Array) -> Drive:
+        """The shaft's inputs at the run's times: twist (rad), its rate and the motor's speed (rad/s), (n,) each."""
+        accelerated = acceleration(self.time, motor)
+        moved = {"twist": twist, "twist_rate": rate, "motor_acceleration": accelerated}
+        return Drive(self.time, {**moved, "run_time": self.time - self.time[0]})
 
 
 def _integral_weights(time: Array) -> Array:

@@ -62,7 +62,9 @@ class TorqueFilter:
         torque, twist_noise, rate_noise = run.noise
         less = self._noise_gain(run.time)
         noise = torque, twist_noise * less, rate_noise * (1.0 if run.rate_unread else less)
-        return replace(run, time=run.time[later], torque=run.torque[later], twist=twist, rate=rate, noise=noise)
+        motor = self._filtered(run.time, run.motor_speed)[later] if run.motor_speed.size else run.motor_speed
+        of_motor = motor, run.motor_noise * less
+        return ShaftReadings(run.name, run.time[later], run.torque[later], twist, rate, noise, *of_motor)
 
     def _noise_gain(self, time: Array) -> float:
         """Standard deviation of white noise behind this filter, over that before it."""
