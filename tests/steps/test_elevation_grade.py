@@ -46,12 +46,13 @@ def test_finer_steps_are_more_exact() -> None:
     assert rms[1] < 0.5 * rms[0]
 
 
-def test_a_held_elevation_counts_its_own_readings_only() -> None:
-    """Interpolated to 50 Hz, ten readings a second would look like five times as many, with an error that wanders."""
+@pytest.mark.parametrize(("decimals", "noise"), [(2, 0.15), (1, 0.1)])
+def test_a_held_elevation_counts_its_own_readings_only(decimals: int, noise: float) -> None:
+    """At 50 Hz, ten readings a second would look like five times as many, with an error that wanders."""
     random, time = np.random.default_rng(6), np.arange(0.0, 120.0, 0.02)
     place = 20.0 * time
     height = -STEEP * LENGTH / (2 * np.pi) * np.cos(2 * np.pi * place / LENGTH)
-    seen = np.repeat(np.round(height[::5] + random.normal(0.0, 0.15, time.size // 5), 2), 5)
+    seen = np.repeat(np.round(height[::5] + random.normal(0.0, noise, time.size // 5), decimals), 5)
     log = with_held_interpolated(Log("run.csv", time, {"speed": np.full(time.size, 20.0), "elevation": seen}))
     (found,) = elevation_grades([log])
     error = found.grade - STEEP * np.sin(2 * np.pi * found.distance / LENGTH)
