@@ -65,6 +65,7 @@ class LineProblem:
     estimated: Callable[[Campaign, AddedEffects], Result] = estimate
     model: Model = field(default_factory=lambda: Model("line", lambda e, u: None, (), ()))
     profiles: tuple[Effect, ...] = (SHAPE,)
+    has_further_numbers: bool = False
 
     def regression(self, added: AddedEffects = NO_EFFECTS, start: Mapping[str, float] = NO_VALUES) -> Regression:
         return self.data.regression(added.unknowns)
