@@ -95,7 +95,9 @@ def test_log_and_drawing_that_agree_are_weighted() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("hidden", "named"), [("series_compliance", True), ("backlash", False)])
+@pytest.mark.parametrize(
+    ("hidden", "named"), [("series_compliance", True), pytest.param("backlash", False, marks=pytest.mark.thorough)]
+)
 def test_a_run_with_another_stiffness_is_named(hidden: str, named: bool) -> None:
     """A tenth softer in one of three runs; free play in one run fits no linear shaft, not even in that run."""
     vehicle = random_vehicle(5)

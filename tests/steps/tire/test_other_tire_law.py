@@ -86,6 +86,7 @@ def test_the_slope_is_that_of_the_free_form_that_can_be_fitted() -> None:
 
 
 @pytest.mark.slow  # two diagnoses
+@pytest.mark.thorough  # 26 s
 def test_a_wrong_zero_of_the_slip_is_named_beside_the_wrong_form() -> None:
     problem = prepare(SPEC, sweeps(0.25, 0.02), Parameters())
     result = diagnosed(PreparedStep(STEP, SPEC, Parameters(), problem), problem.publish())
