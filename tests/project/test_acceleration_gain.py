@@ -77,3 +77,18 @@ def test_hills_that_resemble_a_gain_are_not_accused_and_an_elevation_shows_a_gai
     found = with_cross_checks(Log("a.csv", TIME, channels | ({"elevation": height} if logged else {}))).findings
     assert bool(found) == wrong
     assert all("write 'scale: 0.92" in one.remedy for one in found)
+
+
+def test_the_delay_of_an_acceleration_is_found_on_hills_with_an_elevation() -> None:
+    """Slopes that last for some seconds disturb the comparison unless the elevation shows them."""
+    generator = np.random.default_rng(5)
+    rate = 0.9 * np.sin(0.7 * TIME + 2.0 * np.sin(0.21 * TIME))
+    slope = 0.02 * np.sin(0.43 * TIME + 0.9 * np.sin(0.05 * TIME))
+    speed = 14.0 + np.cumsum(rate) * 0.1
+    height = np.cumsum(slope * speed) * 0.1 + 0.1 * generator.standard_normal(TIME.size)
+    late = np.interp(TIME - 0.08, TIME - 0.05, rate + 9.80665 * slope)
+    channels = {"speed": speed, "acceleration": late + 0.05 * generator.standard_normal(TIME.size)}
+    pair = next(tied_pairs(Log("a.csv", TIME, channels | {"elevation": height}), Parameters()))
+    assert pair.delay is not None
+    assert pair.delay_std is not None
+    assert abs(pair.delay - 0.08) < 3.0 * pair.delay_std < 0.03

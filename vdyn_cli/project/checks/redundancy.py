@@ -26,6 +26,7 @@ from vdyn_cli.io.quality.cross_checks import AXLES, LEAST_DISTANCE
 from vdyn_cli.io.quality.distance_gain import common_gain, distance_gain, gain_finding, over_ground
 from vdyn_cli.io.quality.gain_changes import LOADS
 from vdyn_cli.io.quality.quality_policy import QUALITY
+from vdyn_cli.io.quality.road_gravity import without_road_gravity
 from vdyn_cli.project.checks.check_policy import CHECK
 from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.check_schema import TiedPair
@@ -257,7 +258,8 @@ def _change(log: Log, speed: str) -> TiedPair:
     what += ", opposite signs" if gain < 0.0 else f" ({found.mistake}?)" if found.mistake else ""
     # In a gentle drive, a slope that changes steadily resembles a wrong gain: only all runs together show a unit.
     good = agrees if lively or agrees else None
-    return _with_delay(_pair(log, first, second, what, good, gain=gain, offset=offset), _delay(signed, first, speed))
+    delay = _delay(without_road_gravity(signed, speed), first, speed)
+    return _with_delay(_pair(log, first, second, what, good, gain=gain, offset=offset), delay)
 
 
 def _delay(log: Log, first: str, second: str) -> tuple[float, float] | None:
