@@ -44,6 +44,7 @@ OF_THE_CAR = {
     ("validate", "acceleration", "m/s^2"): "Acceleration_x|Long Accel|Längsbeschleunigung|AccelerometerX|InlineAcc",
     ("validate", "grade", "%"): "Road Grade|Slope|Steigung|坡度",
     ("cg", "pitch_rate", "deg/s"): "Pitch Rate|Gyro Y",
+    ("cg", "front_left_load", "N"): "LC_FL|Load cell FL|Fz_VL",
     ("bump", "vertical_acceleration", "m/s^2"): "Vert Accel|Az|Body acc z [m/s^2]|Acceleration_z|z-Beschleunigung",
     ("tire", "slip", "%"): "Slip|Wheel slip|kappa",
 }  # fmt: skip
