@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from vdyn_cli.inference import white_level
+from vdyn_cli.inference.robust_fits import huber_fit
 from vdyn_cli.quantities.arrays import Array, median_deviation
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
@@ -100,14 +101,15 @@ def with_slow_acceleration(
 
         r gained = c v + b duration + change of r om (k phi + h phi |phi|) + e,    var e = 2 (r speed)^2 + var a
 
-    with c, k, h shared and b of each run; ``var a`` is the variance beyond the white noise of both readings. The median
-    is insensitive to slips that deviate from this law.
+    with c, k, h shared and b of each run; ``var a`` is the variance beyond the white noise of both readings. Fit and
+    median are insensitive to slips that deviate from this law, as those of a wheel near the limit of its adhesion do:
+    least squares spreads them over all blocks, and a large mass then explains any residual by that noise.
 
     Parameters
     ----------
     logs : from which the runs were cut. wheel : wheel_mass (kg), wheel_radius (m), rolling_resistance.
 
-    Source: Fuller, Measurement Error Models (Wiley 1987), 2.2: the bias due to noise of a regressor.
+    Source: Fuller, Measurement Error Models (Wiley 1987), 2.2: the bias due to noise of a regressor; Huber (1964).
     """
     blocks = [drive_windows(log, BLOCK, wheel) for log in logs]
     radius, count = wheel["wheel_radius"], sum(b.first.size for b in blocks)
@@ -120,7 +122,7 @@ def with_slow_acceleration(
     matrix, right = np.concatenate(columns), np.concatenate(gained)
     if count < ROWS_PER_UNKNOWN * matrix.shape[1]:
         return tuple(runs)
-    left = right - matrix @ np.linalg.lstsq(matrix, right)[0]
+    left = right - matrix @ huber_fit(matrix, right)[0]
     white = np.concatenate(
         [2.0 * (radius * b.noise.speed) ** 2 + b.noise.acceleration**2 * b.noise.squares for b in blocks]
     )
