@@ -34,6 +34,8 @@ SHOWN = (
     Hidden("clock_offset", 0.12),
     Hidden("acceleration_delay", 0.02),
     Hidden("acceleration_delay", 0.06),
+    Hidden("acceleration_lag", 0.04),
+    Hidden("acceleration_lag", 0.1),
     Hidden("road_grade", 0.01),
     Hidden("unsprung_mass", 80.0),
     Hidden("load_crosstalk", 0.04),

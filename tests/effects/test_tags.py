@@ -23,8 +23,8 @@ CANDIDATES = {
         unsprung_mass_rear_error wheel_circle
     """,
     "cg": """
-        acceleration_delay accelerometer_gain accelerometer_offset accelerometer_tilt aero_lift clock_offset
-        load_crosstalk pitch_rate_gain road_grade unsprung_mass wheel_force_gain
+        acceleration_delay acceleration_lag accelerometer_gain accelerometer_offset accelerometer_tilt aero_lift
+        clock_offset load_crosstalk pitch_rate_gain road_grade unsprung_mass wheel_force_gain
     """,
     "coastdown": """
         accelerometer_gain accelerometer_offset accelerometer_tilt brake_drag brake_drag_fading changed_car

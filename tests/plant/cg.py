@@ -122,6 +122,7 @@ def _readings(vehicle: Vehicle, run: Manoeuvre, effects: Mapping[str, float] | N
     push = run.ride(vehicle, effects, q["acceleration_delay"]) if q["acceleration_delay"] else true
     felt = push.acceleration - lever * push.pitch_acceleration
     felt = felt + q["accelerometer_gain"] * felt
+    felt = _filtered(run.times, felt, q["acceleration_lag"])
     felt = felt + q["accelerometer_offset"] + GRAVITY * np.sin(q["accelerometer_tilt"])
     return {
         "Time [s]": run.times,
@@ -130,6 +131,17 @@ def _readings(vehicle: Vehicle, run: Manoeuvre, effects: Mapping[str, float] | N
         "Pitch Rate [deg/s]": (1.0 + q["pitch_rate_gain"]) * true.pitch_rate,
         "Speed [km/h]": true.speed - lever * true.pitch_rate,
     }
+
+
+def _filtered(times: Array, signal: Array, tau: float) -> Array:
+    """A signal (n,) behind a first-order low-pass filter; a line between samples, and at rest before the first."""
+    if tau == 0.0:
+        return signal
+    read = signal.copy()
+    for k, step in enumerate(np.diff(times)):
+        ramp, kept = (signal[k + 1] - signal[k]) / step, np.exp(-step / tau)
+        read[k + 1] = signal[k + 1] - ramp * tau + kept * (read[k] - signal[k] + ramp * tau)
+    return read
 
 
 def campaign(

@@ -22,6 +22,7 @@ accelerometer_offset                  m/s^2
 wheel_force_gain                      all wheel loads read (1 + size) x; ``wheel_force_gain_front``: the front ones
 clock_offset                          s by which the wheel loads are logged late
 acceleration_delay                    s by which the acceleration is logged late
+acceleration_lag                      s, time constant of a low-pass filter of the acceleration
 road_grade                            uphill on the way out
 aero_lift                             m^2 of lift area, half on each axle; ``aero_lift_front``, ``aero_lift_rear``
 unsprung_mass                         kg of each axle that bounces on the tires' spring instead of standing still
@@ -51,7 +52,7 @@ EFFECTS = (
     *("accelerometer_tilt", "accelerometer_offset", "wheel_force_gain", "wheel_force_gain_front", "clock_offset"),
     *("road_grade", "aero_lift", "aero_lift_front", "aero_lift_rear", "unsprung_mass", "pitch_axis", "load_crosstalk"),
     *("load_crosstalk_front", "load_compression", "pitch_rate_gain", "acceleration_delay", "accelerometer_gain"),
-    "own_axles",
+    *("acceleration_lag", "own_axles"),
 )
 
 

@@ -15,16 +15,18 @@ def windows() -> LoadWindows:
     return cut_windows(logs(random_vehicle(4), 4)[0])
 
 
-def test_the_second_derivative_is_integrated_as_its_samples_enter(windows: LoadWindows) -> None:
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_derivative_is_integrated_as_its_samples_enter(windows: LoadWindows, order: int) -> None:
     values = np.random.default_rng(1).normal(size=windows.time.size)
-    expected = windows.integral @ local_derivative(values, windows.step, SPAN)
+    expected = windows.integral @ local_derivative(values, windows.step, SPAN, order)
+    integral = windows.integral_rate if order == 1 else windows.integral_bend
     inner = slice(10, -10)  # ends have one-sided derivatives
-    assert (windows.integral_bend @ values)[inner] == pytest.approx(expected[inner], rel=1e-9)
+    assert (integral @ values)[inner] == pytest.approx(expected[inner], rel=1e-9)
 
 
 def test_the_band_holds_the_whole_covariance(windows: LoadWindows) -> None:
     rng = np.random.default_rng(2)
-    names = (*windows.loads, "acceleration", "pitch_rate", *(f"{n}_bend" for n in windows.loads))
+    names = (*windows.loads, "acceleration", "pitch_rate", "acceleration_rate", *(f"{n}_bend" for n in windows.loads))
     slopes = noise_slopes(windows, {n: rng.normal(size=windows.first.size) for n in names})
     band = balance_covariance(windows, slopes)
     whole = sum(windows.noise[n] ** 2 * (slope @ slope.T).toarray() for n, slope in slopes.items())

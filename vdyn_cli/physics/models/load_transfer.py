@@ -20,16 +20,23 @@ GIVEN = (
     *("unsprung_mass_front", "unsprung_mass_rear", "tire_vertical_compliance", "reads_gravity", "contact_lead"),
     *("slip_compliance", "tire_relaxation_length", "brake_share_front", "pitch_axis", EXCESS_GAIN),
 )
-ZEROS = ("front_load_zero", "rear_load_zero", "acceleration_zero", "front_load_bend_zero", "rear_load_bend_zero")
+ZEROS = (
+    *("front_load_zero", "rear_load_zero", "acceleration_zero"),
+    *("front_load_bend_zero", "rear_load_bend_zero", "acceleration_rate_zero"),
+)
 MOMENTS = ("loads", "motion", "inertial")  # their sum is zero where loads and motion agree
 SPEED_RATE = "speed_rate"  # m/s^2, acceleration corrected for gravity, to compare with the logged speed
 CARRIED = "carried"  # N, upward force of road and air on the vehicle: the weight, except for heave
 UNIT = "unit"  # N, true load per newton read, to compare the moments with the loads' noise
 HEAVES = ("sprung_heave", "damped_heave")  # rad/s^2
 HEAVE_LEVERS = ("heave_spring", "heave_damper")  # m
-SLIDING = ("push_speed_rate", "push_bend", "swing_speed_rate", "swing_bend")  # m^2/s^3, m/s^4, twice
+# m^2/s^3, m/s^4, twice; the rates of the first two, m^2/s^4, m/s^5
+SLIDING = ("push_speed_rate", "push_bend", "swing_speed_rate", "swing_bend", "push_rate_speed_rate", "push_rate_bend")
 SLIP = ("slip_compliance", "tire_relaxation_length")  # -, m
-MOTION = ("acceleration", "pitch", "pitch_rate", "pitch_acceleration", "speed", "rolling", "swing", *SLIDING)
+MOTION = (
+    *("acceleration", "acceleration_rate", "pitch", "pitch_rate", "pitch_acceleration"),
+    *("speed", "rolling", "swing", *SLIDING),
+)
 
 
 def _lift(e: ModelBuilder, u: Signals, rear: float) -> Number:
@@ -83,13 +90,19 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
     )
     e.sensor(UNIT, e("wheel_force", "_unit", value=1.0, rear=0.0, push=0.0, braking=0.0, brake_share_front=0.0))
     rate = u.rate
-    e.sensor(SPEED_RATE, rate)
-    pushed, swung = (
-        p.slip_compliance / GRAVITY * (with_speed + p.tire_relaxation_length * bend)
-        for with_speed, bend in ((u.push_speed_rate, u.push_bend), (u.swing_speed_rate, u.swing_bend))
-    )
     felt = GRAVITY * p.reads_gravity * u.pitch  # logged with the acceleration, so as late as it is
-    inertial = (p.mass * p.cg_height + p.spin) * (rate + felt) + p.spin * pushed
+    reading_rate = u.acceleration_rate - p.acceleration_rate_zero + GRAVITY * p.reads_gravity * u.pitch_rate
+    e.sensor(SPEED_RATE, rate, rate_of_change=reading_rate)
+    pushed, swung, pushed_rate = (
+        p.slip_compliance / GRAVITY * (with_speed + p.tire_relaxation_length * bend)
+        for with_speed, bend in (
+            (u.push_speed_rate, u.push_bend),
+            (u.swing_speed_rate, u.swing_bend),
+            (u.push_rate_speed_rate, u.push_rate_bend),
+        )
+    )
+    lever = p.mass * p.cg_height + p.spin
+    inertial = lever * (rate + felt) + p.spin * pushed
     motion = e(
         motion_moment,
         acceleration=rate,
@@ -109,7 +122,7 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
         pitch_axis=p.pitch_axis,
     )
     e.sensor(MOMENTS[1], motion - inertial)
-    e.sensor(MOMENTS[2], inertial)
+    e.sensor(MOMENTS[2], inertial, rate_of_change=lever * reading_rate + p.spin * pushed_rate)
 
 
 def _both(e: ModelBuilder, u: Signals) -> None:

@@ -139,7 +139,7 @@ class LoadFit:
         the corrected acceleration, and the load of both axles where both are logged.
         """
         loads = self.runs[0].loads
-        zeros = [f"{n}_zero" for n in (*loads, "acceleration", *(f"{n}_bend" for n in loads))]
+        zeros = [f"{n}_zero" for n in _entering(loads)]
         values = {**self.known, **{n: 0.0 for n in zeros}, **{u.name: u.start for u in self.unknowns[: len(SOUGHT)]}}
         names = tuple(dict.fromkeys([*(u.name for u in self.unknowns), *zeros]))
 
@@ -323,8 +323,13 @@ def _heave_of(fit: LoadFit, noisy: Sequence[NoisyBalance], at: Array) -> Array:
 def _partials(fit: LoadFit, slopes: Array, windows: LoadWindows) -> dict[str, Array]:
     """Derivatives (k,) of the mean balance by each channel, and by the pitch acceleration."""
     at = fit.simulators[0].unknowns.index
-    channels = (*windows.loads, "acceleration", *(f"{n}_bend" for n in windows.loads))
-    return {n: -slopes[:, at(f"{n}_zero")] / windows.width for n in channels} | {"pitch_rate": slopes[:, -1]}
+    found = {n: -slopes[:, at(f"{n}_zero")] / windows.width for n in _entering(windows.loads)}
+    return found | {"pitch_rate": slopes[:, -1]}
+
+
+def _entering(loads: Sequence[str]) -> tuple[str, ...]:
+    """The inputs of the balance that contain the noise of the loads and of the acceleration."""
+    return (*loads, "acceleration", *(f"{n}_bend" for n in loads), "acceleration_rate")
 
 
 def _plausible(prior: tuple[float, float]) -> tuple[float, float]:
@@ -378,9 +383,10 @@ def _balance_inputs(windows: LoadWindows, values: Mapping[str, Array], span: flo
     inputs = {n: values[n] for n in (*windows.loads, "acceleration", "pitch_rate", "pitch", "rolling", "speed")}
     inputs |= {n: values[n] for n in HEAVES if n in values}
     inputs |= {f"{n}_bend": local_derivative(values[n], windows.step, span) for n in windows.loads}
+    rate = inputs["acceleration_rate"] = local_derivative(values["acceleration"], windows.step, span, 1)
     swing = lever * local_derivative(values["pitch_rate"], windows.step, span, 1)
     inputs["swing"] = swing
-    for name, push in (("push", values["acceleration"]), ("swing", swing)):
+    for name, push in (("push", values["acceleration"]), ("swing", swing), ("push_rate", rate)):
         inputs[f"{name}_speed_rate"] = local_derivative(push * values["speed"], windows.step, span, 1)
         inputs[f"{name}_bend"] = local_derivative(push, windows.step, span)
     context = {"heading": windows.heading}

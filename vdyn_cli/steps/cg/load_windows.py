@@ -96,15 +96,23 @@ class LoadWindows:
     @cached_property
     def integral_bend(self) -> csr_array:
         """Matrix (k, n) of the integrals of the second derivative over ``SPAN``, by the samples."""
+        return self._integral_of_derivative(2)
+
+    @cached_property
+    def integral_rate(self) -> csr_array:
+        """Matrix (k, n) of the integrals of the first derivative over ``SPAN``, by the samples."""
+        return self._integral_of_derivative(1)
+
+    def _integral_of_derivative(self, order: int) -> csr_array:
         from scipy.sparse import diags_array
 
         half = derivative_reach(self.step, SPAN)
         impulse = np.zeros(6 * half + 1)
         impulse[3 * half] = 1.0
-        response = local_derivative(impulse, self.step, SPAN)[2 * half : 4 * half + 1]
+        response = local_derivative(impulse, self.step, SPAN, order)[2 * half : 4 * half + 1]
         n = self.time.size
-        bend = diags_array(np.tile(response[:, None], n), offsets=range(-half, half + 1), shape=(n, n))
-        return (self.integral @ bend).tocsr()
+        derivative = diags_array(np.tile(response[:, None], n), offsets=range(half, -half - 1, -1), shape=(n, n))
+        return (self.integral @ derivative).tocsr()
 
     def _rows(self, values: Array, samples: NDArray[np.int64]) -> csr_array:
         """The matrix (k, n) with values (k, m) at samples (k, m)."""

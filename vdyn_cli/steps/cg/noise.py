@@ -61,18 +61,20 @@ def noisy_balance(windows: LoadWindows, balance: Array, partial: Mapping[str, Ar
 def noise_slopes(windows: LoadWindows, partial: Mapping[str, Array]) -> dict[str, csr_array]:
     """Derivatives (k, n) of the integrated balances by the samples of each noisy channel.
 
-    The second derivative of a load is computed from its samples, so that its noise is included.
+    The derivatives of loads and acceleration are computed from their samples, so that their noise is included.
 
     Parameters
     ----------
-    partial : derivatives (k,) of each window's mean balance by each channel and by the second derivatives of the loads,
-        the pitch acceleration as ``pitch_rate``.
+    partial : derivatives (k,) of each window's mean balance by each channel, by the second derivatives of the loads and
+        the first of the acceleration; the pitch acceleration as ``pitch_rate``.
     """
     from scipy.sparse import diags_array
 
     slopes = {n: diags_array(partial[n]) @ windows.integral for n in (*windows.loads, "acceleration")}
     for name in windows.loads:
         slopes[name] += diags_array(partial[f"{name}_bend"]) @ windows.integral_bend
+    if partial["acceleration_rate"].any():
+        slopes["acceleration"] += diags_array(partial["acceleration_rate"]) @ windows.integral_rate
     return slopes | {"pitch_rate": diags_array(partial["pitch_rate"]) @ windows.change}
 
 

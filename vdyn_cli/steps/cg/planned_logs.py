@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from vdyn_cli.engine.simulate import Drive, Simulator
-from vdyn_cli.physics.models.load_transfer import LOAD_TRANSFER, MOMENTS, SOUGHT, ZEROS
+from vdyn_cli.physics.models.load_transfer import LOAD_TRANSFER, MOMENTS, MOTION, SOUGHT, ZEROS
 from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
@@ -66,7 +66,8 @@ def _log(day: DayRequest, k: int) -> Log:
     step = float(np.median(np.diff(time)))
     motion["push_speed_rate"] = local_derivative(speed * rate, step, SPAN, 1)
     motion["push_bend"] = local_derivative(rate, step, SPAN)
-    motion |= dict.fromkeys(("swing", "swing_speed_rate", "swing_bend"), np.zeros(time.size))
+    unused = {n for n in MOTION if n.startswith(("swing", "push_rate", "acceleration_rate"))}
+    motion |= dict.fromkeys(unused, np.zeros(time.size))
     true = {**motion, "acceleration": rate - lever * bend}
     front, rear = _loads(day, known, time, {**true, "pitch_acceleration": bend})
     zero = 2**0.5 * getattr(day.spec, "settings").load_zero.value  # noqa: B009
