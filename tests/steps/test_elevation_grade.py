@@ -62,6 +62,19 @@ def test_a_held_elevation_counts_its_own_readings_only(decimals: int, noise: flo
     assert np.sqrt(np.mean(stated**2)) < 2.5 * np.sqrt(np.mean(error**2))
 
 
+@pytest.mark.parametrize(("rows", "speed"), [(50, 12.0), (50, 0.0), (8, 20.0)])
+def test_a_short_part_of_a_run_does_not_discard_the_elevation_of_the_others(rows: int, speed: float) -> None:
+    """Its own slope is that of the prior, with an error that is at most as large."""
+    log = hilly(0.1, np.random.default_rng(4))
+    short = {"speed": np.full(rows, speed), "elevation": log["elevation"][:rows]}
+    alone, (found, part) = elevation_grades([log]), elevation_grades([log, Log("part.csv", log.time[:rows], short)])
+    assert np.array_equal(found.grade, alone[0].grade)
+    error = np.sqrt(np.sum(part.error_at(part.time) ** 2, axis=1))
+    assert np.max(np.abs(part.grade)) < 2.0 * found.prior[1]
+    assert np.all((error > 0.0) & (error < 1.01 * found.prior[1]))
+    assert elevation_grades([Log("part.csv", log.time[:rows], short)]) == ()
+
+
 def test_an_elevation_that_wanders_shows_the_hills_at_their_size() -> None:
     """Its error walks by 0.2 m in a second; without the walk the grade was two to four times as steep as the road."""
     random, logs = np.random.default_rng(5), []

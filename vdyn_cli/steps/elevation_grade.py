@@ -52,7 +52,8 @@ class _Track:
     @cached_property
     def nodes(self) -> Array:
         """Distances of the slope's nodes, (m,), m."""
-        return np.linspace(0.0, self.distance[-1], int(np.clip(self.distance[-1] / NODE, FEWEST_NODES, MOST_NODES)) + 1)
+        length = max(float(self.distance[-1]), NODE)
+        return np.linspace(0.0, length, int(np.clip(length / NODE, FEWEST_NODES, MOST_NODES)) + 1)
 
     @cached_property
     def rise(self) -> Array:
@@ -101,8 +102,10 @@ class ElevationGrade:
 
 
 def elevation_grades(logs: Sequence[Log]) -> tuple[ElevationGrade, ...]:
-    """The grade of each log; empty where any log has a grade, lacks an elevation, or covers too little distance.
+    """The grade of each log; empty where any log has a grade or lacks an elevation, or all cover too little distance.
 
+    A short log, such as the part of a run beside a gap, has the slope and the error that the prior and its elevations
+    leave.
     The spectrum, the rms slope and the walk are those of ``SPECTRA``, ``SLOPES`` and ``WANDERS`` with the largest
     likelihood of all logs.
 
@@ -113,7 +116,7 @@ def elevation_grades(logs: Sequence[Log]) -> tuple[ElevationGrade, ...]:
     if any("grade" in log or "elevation" not in log for log in logs):
         return ()
     tracks = [t for log in logs if (t := _track(log)) is not None]
-    if len(tracks) < len(logs):
+    if len(tracks) < len(logs) or all(t.distance[-1] < FEWEST_NODES * NODE for t in tracks):
         return ()
     prior = _likeliest(tracks)
     return tuple(_grade(log.time, t, prior) for log, t in zip(logs, tracks, strict=True))
@@ -138,7 +141,7 @@ def with_grades(logs: Sequence[Log], grades: Sequence[ElevationGrade]) -> tuple[
 def _track(log: Log, late: float = 0.0) -> _Track | None:
     """The elevations of a run, at the places that it passed ``late`` s before they were logged.
 
-    None where it covers too few nodes or has too few elevation samples.
+    None without speeds. Too few elevations determine no slope: they are left out.
     """
     good = np.isfinite(log["speed"])
     if good.sum() < FEWEST_NODES:
@@ -146,8 +149,8 @@ def _track(log: Log, late: float = 0.0) -> _Track | None:
     speed = np.abs(filled(log.time, log["speed"]))
     distance = cumulative_integral(log.time, speed)
     time, height = _samples(log)
-    if distance[-1] < FEWEST_NODES * NODE or height.size < FEWEST_NODES:
-        return None
+    if height.size < FEWEST_NODES:
+        return _Track(np.zeros(1), np.ones(1), np.zeros(1), distance, log.time[:1])
     at = np.interp(time - late, log.time, distance)
     noise = white_level(height, time)
     levels = np.unique(np.round(height, 6))
