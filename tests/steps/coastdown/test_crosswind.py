@@ -81,3 +81,20 @@ def test_intervals_are_longer_below_the_estimate_alone() -> None:
 def test_runs_or_settings_state_it() -> None:
     by_settings, by_run = published("3 m/s"), published("1 m/s", by_run=3.0)
     assert by_run.parameters[ROLLING].interval95 == by_settings.parameters[ROLLING].interval95
+
+
+def test_errors_of_the_speed_hide_a_share_of_weak_gusts(fits: tuple[RoadLoadFit, RoadLoadFit]) -> None:
+    """The share grows steadily with an error that lasts for seconds and with rounding, up to usual gusts."""
+    calm, windy = fits
+    assert calm.sizes["gust"] < 0.5 < windy.sizes["gust"]
+
+    def likely(fit: RoadLoadFit, **sizes: float) -> float:
+        rows = fit.rows
+        noise = replace(rows.noise, sizes={**rows.noise.sizes, **sizes})
+        return likely_crosswind(replace(fit, regression=replace(fit.regression, rows=replace(rows, noise=noise))))
+
+    by_drift = [likely(calm, speed_drift=error) for error in (0.0, 0.02, 0.04, 0.08, 10.0)]
+    assert np.all(np.diff(by_drift) > 0.05)
+    assert by_drift[-1] == pytest.approx(0.5 / 0.22, rel=0.01)
+    assert likely(calm, speed_noise=20.0) > likely(calm) + 0.05
+    assert likely(windy, speed_drift=10.0) == pytest.approx(likely(windy))

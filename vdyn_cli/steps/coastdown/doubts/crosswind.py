@@ -57,10 +57,9 @@ def crosswind_shift(fit: RoadLoadFit, stated: float | None) -> tuple[Mapping[str
     if stated is not None:
         what = f"the stated crosswind of {across:.1f} m/s adds about {two_digits(force)} N; the intervals include it"
         return shift, (Finding("runs", what),)
-    suggested = "the error of the speed hides the gusts; a usual wind has" if _hidden(fit) else "the gusts suggest"
     what = (
-        f"no crosswind is stated; {suggested} up to {across:.1f} m/s across the road, which adds {two_digits(force)} N;"
-        " the intervals include it"
+        f"no crosswind is stated; the gusts, of which errors of the speed hide {100 * hidden_share(fit):.0f} %, suggest"
+        f" up to {across:.1f} m/s across the road, which adds {two_digits(force)} N; the intervals include it"
     )
     remedy = "give the measured 'crosswind' of each run, or 'settings: {crosswind: 0 m/s}' for a calm day"
     return shift, (Finding("runs", what, remedy=remedy),)
@@ -81,21 +80,30 @@ def stated_crosswind(spec: CoastdownSpec) -> float | None:
 def likely_crosswind(fit: RoadLoadFit) -> float:
     """Mean wind, m/s, whose turbulence has the standard deviation of the fitted and measured gusts along the road.
 
-    At least that of usual gusts where an error of the speed that lasts for seconds hides them.
+    Errors of the speed hide a share h of them: w^2 + h (u^2 - w^2), with the standard deviations w of the fitted and
+    measured gusts and u > w of usual ones.
     """
-    gust = max(fit.sizes.get("gust", 0.0), SOURCES["gust"].typical if _hidden(fit) else 0.0)
     measured = np.mean([np.var(r.inputs["wind_speed"]) for r in fit.campaign.runs])
-    return float(min(np.hypot(gust, np.sqrt(measured)) / TURBULENCE, STRONGEST))
+    found = fit.sizes.get("gust", 0.0) ** 2 + measured
+    hidden = hidden_share(fit) * max(SOURCES["gust"].typical ** 2 - found, 0.0)
+    return float(min(np.sqrt(found + hidden) / TURBULENCE, STRONGEST))
 
 
-def _hidden(fit: RoadLoadFit) -> bool:
-    """Whether the error of the speed that lasts for seconds exceeds the change of speed by usual gusts.
+def hidden_share(fit: RoadLoadFit) -> float:
+    """Share of the variance of usual gusts that the error of the speed over a gust's duration T hides: e^2/(e^2 + v^2).
 
-    rho Cd A V / (M + mr) w T, with usual gusts w (m/s) that last for T (s)
+    v = rho Cd A V / (M + mr) u T,   e^2 = d^2 + s^2 / (f T)
+
+    with the change of speed v by usual gusts u, m/s, the error d that lasts for seconds, m/s, and white noise s, m/s,
+    of f samples in a second: rounding and the sensor's noise.
     """
     gust, time = SOURCES["gust"].typical, SOURCES["gust_time"].typical
-    pull = fit.at["air_density"] * fit.at["drag_area"] * float(np.mean(fit.speeds)) / fit.inertia
-    return fit.sizes.get("gust", gust) < gust and fit.sizes.get("speed_drift", 0.0) > pull * gust * time
+    drag_slope = fit.at["air_density"] * fit.at["drag_area"] * float(np.mean(fit.speeds)) / fit.inertia
+    bins, levels = fit.campaign.bins, [each.get("speed", 0.0) for each in fit.campaign.levels]
+    rate = sum(float(np.sum(b.count)) for b in bins) / sum(float(np.sum(b.width)) for b in bins)
+    white = (fit.sizes.get("speed_noise", 0.0) * rms(*levels)) ** 2 / (rate * time)
+    error = fit.sizes.get("speed_drift", 0.0) ** 2 + white
+    return error / (error + (drag_slope * gust * time) ** 2)
 
 
 def crosswind_force(at: Mapping[str, float], speed: Array, across: float) -> Array:
