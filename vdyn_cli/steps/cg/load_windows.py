@@ -96,23 +96,12 @@ class LoadWindows:
     @cached_property
     def integral_bend(self) -> csr_array:
         """Matrix (k, n) of the integrals of the second derivative over ``SPAN``, by the samples."""
-        return self._integral_of_derivative(2)
+        return self.integral @ _derivatives(self.time.size, self.step, 2)
 
     @cached_property
     def integral_rate(self) -> csr_array:
         """Matrix (k, n) of the integrals of the first derivative over ``SPAN``, by the samples."""
-        return self._integral_of_derivative(1)
-
-    def _integral_of_derivative(self, order: int) -> csr_array:
-        from scipy.sparse import diags_array
-
-        half = derivative_reach(self.step, SPAN)
-        impulse = np.zeros(6 * half + 1)
-        impulse[3 * half] = 1.0
-        response = local_derivative(impulse, self.step, SPAN, order)[2 * half : 4 * half + 1]
-        n = self.time.size
-        derivative = diags_array(np.tile(response[:, None], n), offsets=range(half, -half - 1, -1), shape=(n, n))
-        return (self.integral @ derivative).tocsr()
+        return self.integral @ _derivatives(self.time.size, self.step, 1)
 
     def _rows(self, values: Array, samples: NDArray[np.int64]) -> csr_array:
         """The matrix (k, n) with values (k, m) at samples (k, m)."""
@@ -260,6 +249,17 @@ def integrated_speed(log: Log) -> Array:
 def rolling(speed: Array, standstill: float = STANDSTILL) -> Array:
     """1 where the wheels roll, 0 where they stand still, (n,), from the speed in m/s."""
     return np.where(np.abs(speed) < standstill, 0.0, 1.0)
+
+
+def _derivatives(n: int, step: float, order: int) -> csr_array:
+    """Matrix (n, n) of the derivatives over ``SPAN`` by the samples, except near both ends."""
+    from scipy.sparse import diags_array
+
+    half = derivative_reach(step, SPAN)
+    impulse = np.zeros(6 * half + 1)
+    impulse[3 * half] = 1.0
+    response = local_derivative(impulse, step, SPAN, order)[2 * half : 4 * half + 1]
+    return diags_array(np.tile(response[:, None], n), offsets=range(half, -half - 1, -1), shape=(n, n)).tocsr()
 
 
 def _simpson(gaps: Array) -> Array:
