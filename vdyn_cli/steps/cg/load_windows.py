@@ -96,12 +96,14 @@ class LoadWindows:
     @cached_property
     def integral_bend(self) -> csr_array:
         """Matrix (k, n) of the integrals of the second derivative over ``SPAN``, by the samples."""
-        return self.integral @ _derivatives(self.time.size, self.step, 2)
+        integral: csr_array = self.integral @ _derivatives(self.time.size, self.step, 2)
+        return integral
 
     @cached_property
     def integral_rate(self) -> csr_array:
         """Matrix (k, n) of the integrals of the first derivative over ``SPAN``, by the samples."""
-        return self.integral @ _derivatives(self.time.size, self.step, 1)
+        integral: csr_array = self.integral @ _derivatives(self.time.size, self.step, 1)
+        return integral
 
     def _rows(self, values: Array, samples: NDArray[np.int64]) -> csr_array:
         """The matrix (k, n) with values (k, m) at samples (k, m)."""
