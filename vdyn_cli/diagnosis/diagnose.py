@@ -11,9 +11,10 @@ from vdyn_cli.diagnosis.detect.detectability import detectable, lacking_channels
 from vdyn_cli.diagnosis.detect.worst_segments import worst_segments
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup, PreparedStep, already_included, setup_of
 from vdyn_cli.diagnosis.extend.amplitudes import fitted_amplitudes, open_amplitudes
-from vdyn_cli.diagnosis.extend.extension import Extension, extended, publish_with
+from vdyn_cli.diagnosis.extend.extension import Extension, extended
 from vdyn_cli.diagnosis.extend.open_answers import holding_free_curve, with_open_answers
 from vdyn_cli.diagnosis.extend.other_laws import holding_other_laws
+from vdyn_cli.diagnosis.extend.published_answers import published_answer, without_zero_answers
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name.candidate_judgment import judge
 from vdyn_cli.diagnosis.name.nuisance_effects import with_nuisance_effects
@@ -115,12 +116,16 @@ def _with_free_form(
 
     The wrong form of a law hides every other error: no candidate is sufficient beside it, and a learned law absorbs
     what else is wrong. An answer that leaves more than noise leaves the error of the form in the parameters. An answer
-    with which the model cannot be fitted is none.
+    with which the model cannot be fitted is none. Nor are answers without amplitude in the fits that the step
+    publishes, if the free form shows no error: they stood for the wrong form.
     """
     free = getattr(prepared.problem, "with_free_form", None)  # a problem of a plug-in may have none
     unexplained = found.judgment.verdict in ("named", "data_fault", "ambiguous", "unknown")
     sufficient = found.learned is None and any(a.sufficient for a in found.judgment.answers)
-    if free is None or not unexplained or sufficient:
+    if free is None or not unexplained:
+        return prepared, found
+    idle = sufficient and not without_zero_answers(found.strategy, found.judgment, prepared.problem)[0].answers
+    if sufficient and not idle:
         return prepared, found
     freed = replace(prepared, problem=free)
     try:
@@ -128,10 +133,9 @@ def _with_free_form(
         judgment = judge(strategy, faults, limits)
     except (ResultError, ArithmeticError):
         return prepared, found
-    candidates = strategy.model.setup.candidates
-    each = (([candidates[e] for e in a.effects], strategy.relinearized(a.fitted).values) for a in judgment.answers)
-    shown = any(publish_with(free, effects, start)[0] is not None for effects, start in each)
-    return (freed, PartJudgment(strategy, judgment)) if shown else (prepared, found)
+    shown = any(published_answer(strategy, a, free)[0] is not None for a in judgment.answers)
+    silent = idle and judgment.verdict == "adequate"
+    return (freed, PartJudgment(strategy, judgment)) if shown or silent else (prepared, found)
 
 
 def _with_misfit(judgment: Judgment, base: Result) -> Judgment:
@@ -260,7 +264,7 @@ def _without_effects(base: Result, extension: Extension) -> tuple[Finding, ...]:
     if extension.result is None or not base.refused:
         return ()
     first = base.refused[0]
-    without = "one of these effects" if len(extension.answers) > 1 else " and ".join(extension.effects)
+    without = "one of these effects" if extension.labels_end else " and ".join(extension.effects)
     return (Finding("diagnosis", f"without {without} the fit is refused: {first.reason}", first.got),)
 
 

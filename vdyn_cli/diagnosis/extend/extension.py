@@ -7,22 +7,28 @@ from dataclasses import dataclass, field, replace
 
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.extend.amplitudes import fitted_amplitudes
+from vdyn_cli.diagnosis.extend.published_answers import (
+    EACH,
+    ZERO,
+    Published,
+    holding_zero,
+    publish_with,
+    published_amplitudes,
+    published_answer,
+    without_zero_answers,
+)
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name.candidate_judgment import with_fewer_effects, without_answer
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.strategies.effect_unknowns import shapes_of, started_at, unknowns_of
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
-from vdyn_cli.effects import Effect
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps import Failure, Problem, published
-from vdyn_cli.steps.added_effects import AddedEffects
+from vdyn_cli.steps import Problem
 from vdyn_cli.steps.contract import NO_VALUES
 from vdyn_cli.steps.effect_estimates import is_law
 
-ZERO = "is not significantly different from zero"
 STILL_MISSED = "the simulation with it still misses the logs"
 
 
@@ -39,7 +45,8 @@ class Extension:
     biased : by effect and published parameter, the value without that effect minus the value with it.
     failed : why the model could not be extended.
     open : whether the effects are one of several answers, used because the baseline has no result or is excluded.
-    answers : by the names of their effects, the results of all answers, if ``open``; that of ``effects`` first.
+    answers : by the names of their effects, the results of all of several answers; if ``open``, that of ``effects``
+        first.
     """
 
     effects: tuple[str, ...] = ()
@@ -53,7 +60,7 @@ class Extension:
     @property
     def labels_end(self) -> str:
         """The end of the list of labels in a sentence, which states that they are one of several answers."""
-        return f", one of {len(self.answers)} answers" if len(self.answers) > 1 else ""
+        return f", one of {len(self.answers)} answers" if self.open and len(self.answers) > 1 else ""
 
 
 def extended(
@@ -61,7 +68,7 @@ def extended(
 ) -> tuple[Judgment, Extension]:
     """The extension by the answer or the requested effects, and the judgment with what the exact model shows.
 
-    * An effect that may be zero in the extended model is not named.
+    * An effect that may be zero in the extended model is not named, nor is it one of several answers.
     * An answer of several effects that the exact model does not confirm is replaced by fewer that nearly suffice.
     * If neither the baseline nor the answer gives a result, the answer is replaced by the other effects that suffice.
     * If the baseline gives no result or is excluded, the one of several answers whose result has the fewest doubts is
@@ -74,7 +81,13 @@ def extended(
     problem : publishes the result with effects in its model.
     base : the baseline's result.
     """
-    found = _extended(strategy, judgment, extend, problem, base)
+    known = dict[tuple[str, ...], Published]()
+    if len(judgment.answers) > 1 and (base.parameters or base.refused):  # which publish each of several answers
+        judgment, known = without_zero_answers(strategy, judgment, problem)
+    judgment, extension = _extended(strategy, judgment, extend, problem, base, known)
+    if not extension.open:
+        extension = replace(extension, answers={n: one for n, (one, _) in known.items() if one is not None})
+    found = judgment, extension
     if extend not in ("named", "learned"):
         return found
     others = (with_fewer_effects, without_answer) if base.refused else (with_fewer_effects,)
@@ -82,7 +95,7 @@ def extended(
         if found[1].result is not None or found[0].answer is None:
             break
         fewer = other(strategy, judgment)
-        again = _extended(strategy, fewer, extend, problem, base) if fewer else found
+        again = _extended(strategy, fewer, extend, problem, base, known) if fewer else found
         if again[1].result is not None:
             found = again
     judgment, extension = found
@@ -92,11 +105,16 @@ def extended(
 
 
 def _extended(
-    strategy: Strategy, judgment: Judgment, extend: str | list[str], problem: Problem, base: Result
+    strategy: Strategy,
+    judgment: Judgment,
+    extend: str | list[str],
+    problem: Problem,
+    base: Result,
+    known: Mapping[tuple[str, ...], Published],
 ) -> tuple[Judgment, Extension]:
     setup = strategy.model.setup
     if extend in ("named", "learned") and _without_baseline(strategy, judgment, base):
-        found = _with_open_answer(strategy, judgment, extend == "learned", problem, _missed(base))
+        found = _with_open_answer(strategy, judgment, extend == "learned", problem, _missed(base), known)
         if judgment.beyond_range is None or base.refused or _less_doubtful(found[1].result, base):
             return found
         within = min(judgment.tried, key=lambda t: t.cost, default=None)
@@ -112,12 +130,17 @@ def _extended(
             result = None
     if result is None:
         return judgment, Extension(failed=failed)
-    amplitudes = _amplitudes(result, [setup.candidates[e] for e in wanted])
+    amplitudes = published_amplitudes(result, [setup.candidates[e] for e in wanted])
     return judgment, Extension(wanted, result, amplitudes, _biased(problem, base, result, wanted, setup), failed)
 
 
 def _with_open_answer(
-    strategy: Strategy, judgment: Judgment, learned: bool, problem: Problem, missed: bool
+    strategy: Strategy,
+    judgment: Judgment,
+    learned: bool,
+    problem: Problem,
+    missed: bool,
+    known: Mapping[tuple[str, ...], Published],
 ) -> tuple[Judgment, Extension]:
     """The model extended by the first of several answers with which it gives a result with the fewest doubts.
 
@@ -126,6 +149,7 @@ def _with_open_answer(
     Parameters
     ----------
     missed : whether the baseline misses the logs; if all answers miss them, too, none is accepted.
+    known : what the step publishes with answers, as far as it is known.
     """
     setup = strategy.model.setup
     if zero := _may_be_zero(judgment, setup, (), None):
@@ -134,8 +158,7 @@ def _with_open_answer(
     alone = all(len(answer.effects) == 1 for answer in judgment.possible)
     tried = [a for a in judgment.possible if learned or not set(a.effects) & setup.learned]
     for answer in tried:
-        effects = [setup.candidates[e] for e in answer.effects]
-        result, failed = publish_with(problem, effects, strategy.relinearized(answer.fitted).values)
+        result, failed = known.get(answer.effects) or published_answer(strategy, answer, problem)
         if result is not None:
             results[answer.effects] = result
     if missed and tried and not results:
@@ -146,7 +169,7 @@ def _with_open_answer(
     first, *others = answers
     amplitudes = dict[str, Estimate]()
     for names in (first, *(others if alone else ())):  # linear fits about a refused baseline give wrong amplitudes
-        amplitudes |= _amplitudes(answers[names], [setup.candidates[e] for e in names])
+        amplitudes |= published_amplitudes(answers[names], [setup.candidates[e] for e in names])
     return judgment, Extension(first, answers[first], amplitudes, open=True, answers=answers)
 
 
@@ -204,33 +227,6 @@ def _wanted(extend: str | list[str], setup: DiagnosisSetup, judgment: Judgment, 
     return judgment.answer.effects if needed or not learned else ()
 
 
-def publish_with(
-    problem: Problem, effects: Sequence[Effect], start: Mapping[str, float] = NO_VALUES, prior: bool = False
-) -> tuple[Result | None, tuple[Finding, ...]]:
-    """The step's estimate with effects in its model, or findings why there is none.
-
-    Shape parameters are free; if that fails, they stay at their nominal values.
-
-    Parameters
-    ----------
-    effects : without any, no estimate is made. start : starting values of the effects' unknowns.
-    prior : give amplitudes a prior about zero, as wide as their ranges.
-    """
-    if not effects:
-        return None, ()
-    failed: tuple[Finding, ...] = ()
-    extra = [started_at(u, start) for e in effects for u in unknowns_of(e, prior, holding=start)]
-    shapes = {n for e in effects for n in shapes_of(e)}
-    for free in (extra, [u for u in extra if u.name not in shapes]) if shapes else (extra,):
-        result = published(problem, AddedEffects(tuple(effects), tuple(free)))
-        if not isinstance(result, Failure):
-            return result, ()
-        why = result.findings[0]
-        what = f"the model could not be extended by {', '.join(e.name for e in effects)}: {why.reason}"
-        failed = (Finding("diagnosis", what, why.got, why.remedy),)
-    return None, failed
-
-
 def _may_be_zero(judgment: Judgment, setup: DiagnosisSetup, effects: Sequence[str], result: Result | None) -> str:
     """The named effect that is not significantly different from zero, in words; empty where there is none.
 
@@ -242,41 +238,14 @@ def _may_be_zero(judgment: Judgment, setup: DiagnosisSetup, effects: Sequence[st
     confirmed = judgment.gain is not None and judgment.gain.better
     if judgment.answer is None:
         each = (
-            len(a.effects) == 1 and _holding_zero(fitted_amplitudes(a, setup), setup, a.effects, confirmed)
+            len(a.effects) == 1 and holding_zero(fitted_amplitudes(a, setup), setup, a.effects, confirmed)
             for a in judgment.answers
         )
-        return "the amplitude of each confounded effect" if all(each) else ""
+        return EACH if all(each) else ""
     named = judgment.answer.effects
     if result is not None and set(effects) == set(named):
-        return _holding_zero(_amplitudes(result, [setup.candidates[e] for e in named]), setup, named, confirmed)
-    return _holding_zero(fitted_amplitudes(judgment.answer, setup), setup, named, confirmed)
-
-
-def _holding_zero(
-    amplitudes: Mapping[str, Estimate], setup: DiagnosisSetup, effects: Sequence[str], confirmed: bool
-) -> str:
-    """The first effect with one amplitude whose interval contains zero, in words; empty where there is none.
-
-    ``confirmed``: held-out runs are predicted significantly better; effects with a shape parameter then pass.
-    """
-    for effect in (setup.candidates[e] for e in effects):
-        (first, *others) = effect.unknowns
-        if first in amplitudes and (not others or (not confirmed and set(others) == set(shapes_of(effect)))):
-            low, high = amplitudes[first].interval95
-            if low <= 0.0 <= high:
-                return effect.label if len(effects) > 1 else "the amplitude"
-    return ""
-
-
-def _amplitudes(result: Result, effects: Sequence[Effect]) -> dict[str, Estimate]:
-    """Amplitudes of the effects by the fit of the extended model."""
-    found = result.amplitudes
-    return {
-        n: replace(found[n], unit=q.unit, meaning=q.meaning, source=effect.name)
-        for effect in effects
-        for n, q in effect.unknowns.items()
-        if n in found
-    }
+        return holding_zero(published_amplitudes(result, [setup.candidates[e] for e in named]), setup, named, confirmed)
+    return holding_zero(fitted_amplitudes(judgment.answer, setup), setup, named, confirmed)
 
 
 def _biased(

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from vdyn_cli.diagnosis.detect.unexplained import unexplained_biases
-from vdyn_cli.diagnosis.extend.extension import Extension, publish_with
+from vdyn_cli.diagnosis.extend.extension import Extension
 from vdyn_cli.diagnosis.extend.interval_union import OpenAnswer, biases, propagated, widened
+from vdyn_cli.diagnosis.extend.published_answers import publish_with
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.name.probable_answers import probable_answers

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from vdyn_cli.diagnosis.extend.extension import publish_with
 from vdyn_cli.diagnosis.extend.interval_union import OpenAnswer, widened
+from vdyn_cli.diagnosis.extend.published_answers import publish_with
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.policy import POLICY

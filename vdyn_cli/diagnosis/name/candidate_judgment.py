@@ -291,6 +291,16 @@ def without_answer(strategy: Strategy, judgment: Judgment) -> Judgment | None:
     return _judged_again(strategy, sized, answers)
 
 
+def keeping_answers(strategy: Strategy, judgment: Judgment, kept: tuple[CandidateModel, ...]) -> Judgment:
+    """The judgment on these of its several answers; a single one must pass the tests of a named effect."""
+    if not kept or len(kept) == len(judgment.answers):
+        return judgment
+    size = finding_size(strategy, judgment.base, kept[0].fitted)
+    local, local_detection = strategy.about_largest_effect(judgment.detection)
+    found = _accepting(strategy, replace(judgment, size=size), kept, local_detection)
+    return _with_gain(strategy, found, local) if found.answers else found
+
+
 def _judged_again(strategy: Strategy, judgment: Judgment, answers: tuple[CandidateModel, ...]) -> Judgment | None:
     """The judgment with these answers instead of its own; None where significance or held-out gain refutes them."""
     local, local_detection = strategy.about_largest_effect(judgment.detection)

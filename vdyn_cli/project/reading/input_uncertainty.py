@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vdyn_cli.diagnosis.extend.extension import publish_with
+from vdyn_cli.diagnosis.extend.published_answers import publish_with
 from vdyn_cli.effects import candidates
 from vdyn_cli.project.inputs import Inputs
 from vdyn_cli.project.reading.channel_sources import Scaling
