@@ -232,6 +232,54 @@ def test_each_coast_down_of_a_long_log_is_a_run(tmp_path: Path) -> None:
     assert all(105.0 <= end - 150.0 * k <= 130.0 for k, (_, end) in enumerate(windows))  # in the rest
 
 
+def stop_and_go() -> tuple[np.ndarray, np.ndarray]:
+    """Speed, m/s, at 4 Hz, and whether the car is driven: two coast-downs, a longer eased one, one with the engine."""
+    up, stop, ends = np.linspace(0.0, 25.0, 80), np.zeros(100), np.linspace(6.0, 0.0, 20)
+    falls = [np.linspace(25.0, 6.0, n) for n in (400, 900, 404, 250)]
+    free = np.concatenate([np.r_[up, fall, ends, stop] for fall in falls])
+    driven = np.concatenate([np.r_[up > -1.0, np.full(n, n in (900, 250)), ends > -1.0, stop > 0.0]
+                             for n in (400, 900, 404, 250)])  # fmt: skip
+    return free, driven
+
+
+@pytest.mark.parametrize(
+    ("signal", "on", "why"),
+    [
+        ("Accelerator Pedal_%", 20.0, "the pedal is pressed"),
+        ("Gear_", 4.0, "a gear is engaged"),
+        ("Brake Pressure_bar", 5.0, "the brake is applied"),
+        ("Engine Speed_rpm", 1100.0, "the engine turns faster than at rest"),
+    ],
+)
+def test_driven_parts_of_a_log_are_no_coast_downs(signal: str, on: float, why: str, tmp_path: Path) -> None:
+    speed, driven = stop_and_go()
+    values = driven * on + (800.0 if "Engine" in signal else 0.0)
+    found, description = draft(
+        "coastdown",
+        table(tmp_path / "all.csv", time_s=np.arange(speed.size) / 4.0, speed_mpers=speed, **{signal: values}),
+    )
+    begins = [float(run["from_time"].split()[0]) for run in description["runs"]]
+    assert begins == pytest.approx([15.0, 440.0], abs=8.0)
+    assert found.text.count(f"left out: not a coast-down: {why}") == 2
+    assert "mean decelerations of the runs: 0.19, 0.19 m/s^2" in found.text
+
+
+def test_a_log_with_driven_parts_only_is_said_to_be_no_coast_down(tmp_path: Path) -> None:
+    speed, driven = stop_and_go()
+    pedal = 20.0 * (driven | (speed > 1.0))
+    log = table(tmp_path / "all.csv", time_s=np.arange(speed.size) / 4.0, speed_mpers=speed, Throttle_=pedal)
+    assert "all.csv: not a coast-down: each of 4 decreases of the speed was driven" in draft("coastdown", log)[0].text
+
+
+def test_parts_without_signals_state_their_decelerations(tmp_path: Path) -> None:
+    speed, _ = stop_and_go()
+    found, description = draft(
+        "coastdown", table(tmp_path / "all.csv", time_s=np.arange(speed.size) / 4.0, speed_mpers=speed)
+    )
+    assert len(description["runs"]) == 4
+    assert "mean decelerations of the runs: 0.19, 0.08, 0.19, 0.31 m/s^2" in found.text
+
+
 @pytest.mark.parametrize(("way", "keys"), [(1.0, {}), (-1.0, {"sign": -1})])
 def test_a_speed_that_is_negative_on_the_way_back_belongs_to_a_coast_down(
     way: float, keys: Mapping[str, int], tmp_path: Path

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -119,8 +120,7 @@ def runs_of_one_logger(
     windows = [log.window if why else "" for log, why in zip(logs, left_out, strict=True)]
     entries = [f"log: {quoted(relative_path(folder, log.path))}{own}" for log, own in zip(logs, windows, strict=True)]
     differ = ["".join(f", {key}: {own}" for key, own in log.differing(usual, mapped).items()) for log in kept]
-    split = ["  # parts of a log in which the speed decreases: remove those that were braked or driven"]
-    split = split if len(logs) > len(whole) else []
+    split = _parts_of_logs(kept) if len(logs) > len(whole) else []
     return DraftedRuns(
         [*_reading(kept), "channels:", *lines, *without_coast_down(kept, falling, drive), *split],
         mapped,
@@ -131,6 +131,16 @@ def runs_of_one_logger(
         differ,
         [[log.facts for log in kept]],
     )
+
+
+def _parts_of_logs(parts: Sequence[GuessedLog]) -> list[str]:
+    """The comment on runs that are parts of a log, with their mean decelerations if they are known."""
+    lines = ["  # parts of a log in which the speed decreases: remove those that were braked or driven"]
+    known = [part.deceleration for part in parts if math.isfinite(part.deceleration)]
+    if len(known) < max(len(parts), 2):
+        return lines
+    listed = ", ".join(f"{one:.2f}" for one in known)
+    return [*lines, f"  # mean decelerations of the runs: {listed} m/s^2; those of coast-downs are alike"]
 
 
 def _reading(logs: Sequence[GuessedLog]) -> list[str]:

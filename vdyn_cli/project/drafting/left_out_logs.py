@@ -11,9 +11,11 @@ from pathlib import Path
 from vdyn_cli.io.channel_survey import ChannelFacts, survey
 from vdyn_cli.io.clocks.sample_times import COARSEST
 from vdyn_cli.project.drafting.channel_guess import ChannelGuess, Words, without_unit
+from vdyn_cli.project.drafting.driven_falls import SpeedFall, speed_falls
 
 _LEAST_RECORDED = 0.5  # of a log, in which a needed channel has values: less is refused when it is read
 _RUN_IN = 5.0  # s before a coast-down that belong to its run
+_ALIKE = 0.15  # relative difference of mean decelerations of coast-downs from one speed, by slope and wind
 _LEAST_FALL = 10.0  # s, or half of the log, for which the speed of a log with a coast-down decreases without a break
 
 
@@ -22,7 +24,8 @@ class GuessedLog:
     """A log, or the part of one of its coast-downs, with facts on its columns and a guess for each channel.
 
     ``name``: of the file, with the folders that distinguish it. ``window``: the keys of a run that select that part of
-    the log, as text. ``recording``: its number in a file of several, counted from 1.
+    the log, as text. ``recording``: its number in a file of several, counted from 1. ``driven``: why the part is not a
+    coast-down; empty if nothing shows it. ``deceleration``: mean of the part, m/s^2; NaN if unknown.
     """
 
     path: Path
@@ -31,6 +34,8 @@ class GuessedLog:
     name: str
     window: str = ""
     recording: int = 1
+    driven: str = ""
+    deceleration: float = math.nan
 
     def decided_columns(self) -> dict[str, tuple[tuple[Words, str], str]]:
         """Column, without its unit, and group of each decided channel."""
@@ -67,7 +72,8 @@ class GuessedLog:
 def split_coast_downs(log: GuessedLog, falling: str, drive: Collection[str]) -> list[GuessedLog]:
     """The parts of a log with several coast-downs, each from 5 s before it; else the log alone.
 
-    A coast-down is a decrease of the speed of at least 10 s without a break, and of half the longest one.
+    A coast-down is a decrease of the speed of at least 10 s without a break, and of half the longest one that repeats.
+    Those that a signal of the driver shows as driven are parts, too, with the reason why they are left out.
 
     Parameters
     ----------
@@ -77,17 +83,35 @@ def split_coast_downs(log: GuessedLog, falling: str, drive: Collection[str]) -> 
     facts = log.guesses[falling].facts if falling else None
     if facts is None or set(drive) & set(log.columns()):
         return [log]
-    falls = [fall for fall in facts.falls if fall[1] - fall[0] >= _LEAST_FALL]
-    longest = max((stop - start for start, stop in falls), default=0.0)
-    coasts = [(start, stop) for start, stop in falls if stop - start >= 0.5 * longest]
-    if len(coasts) < 2:
+    spans = [fall for fall in facts.falls if fall[1] - fall[0] >= _LEAST_FALL]
+    if len(spans) < 2:
+        return [log]
+    falls = speed_falls(log.path, log.recording, (facts, log.guesses[falling].unit), spans)
+    free = [fall for fall in falls if not fall.driven]
+    if not free:
+        return [replace(log, driven=f"each of {len(falls)} decreases of the speed was driven: {falls[0].driven}")]
+    longest = max(fall.length for fall in _repeated(free) or free)
+    if sum(fall.length >= 0.5 * longest for fall in free) < 2 and len(free) == len(falls):
         return [log]
     parts, last = [], facts.info.span[0]
-    for start, stop in coasts:
-        begin, last = max(start - _RUN_IN, last), stop
-        keys = f"{log.window}, from_time: {begin:.1f} s, to_time: {stop:.1f} s"
-        parts.append(replace(log, facts=survey(log.path, (begin, stop), log.recording), window=keys))
+    for fall in (fall for fall in falls if fall.length >= 0.5 * longest):
+        begin, last = max(fall.start - _RUN_IN, last), fall.stop
+        keys = f"{log.window}, from_time: {begin:.1f} s, to_time: {fall.stop:.1f} s"
+        own = survey(log.path, (begin, fall.stop), log.recording)
+        parts.append(replace(log, facts=own, window=keys, driven=fall.driven, deceleration=fall.deceleration))
     return parts
+
+
+def _repeated(falls: Sequence[SpeedFall]) -> list[SpeedFall]:
+    """The falls with the mean deceleration of another one: a car that coasts repeats it, a driver does not.
+
+    Those shorter than a quarter of the longest are brakings, which are alike, too.
+    """
+    least = 0.25 * max(fall.length for fall in falls)
+    falls = [fall for fall in falls if fall.length >= least]
+    pace = [fall.deceleration for fall in falls]
+    near = [sum(abs(one - other) <= _ALIKE * one for other in pace) > 1 for one in pace]
+    return [fall for fall, more in zip(falls, near, strict=True) if more]
 
 
 def split_recordings(log: GuessedLog) -> list[GuessedLog]:
@@ -144,7 +168,7 @@ def why_left_out(
     kept = [log for log, why in zip(logs, reasons, strict=True) if not why]
     if not falling or all(set(drive) & set(log.columns()) for log in kept):
         return reasons
-    falls = [why or _no_coast(log.guesses[falling].facts) for log, why in zip(logs, reasons, strict=True)]
+    falls = [why or _not_a_coast(log, falling) for log, why in zip(logs, reasons, strict=True)]
     return falls if not all(falls) else reasons
 
 
@@ -152,6 +176,8 @@ def without_coast_down(logs: Sequence[GuessedLog], falling: str, drive: Collecti
     """A comment for a draft in none of whose logs the falling channel decreases; empty if one does, or may not."""
     if not falling or not logs or all(set(drive) & set(log.columns()) for log in logs):
         return []
+    if driven := [f"  # {log.name}: {_not_a_coast(log, falling)}" for log in logs if log.driven]:
+        return driven
     found = [(_no_coast(facts), facts) for log in logs if (facts := log.guesses[falling].facts) is not None]
     if len(found) < len(logs) or not all(why for why, _ in found):
         return []
@@ -210,6 +236,10 @@ def are_drives(logs: Sequence[GuessedLog], falling: str, drive: Collection[str],
         return False
     speeds = (log.guesses[falling].facts for log in logs)
     return any(s is not None and s.longest_fall < 0.5 * (s.info.span[1] - s.info.span[0]) for s in speeds)
+
+
+def _not_a_coast(log: GuessedLog, falling: str) -> str:
+    return f"not a coast-down: {log.driven}" if log.driven else _no_coast(log.guesses[falling].facts)
 
 
 def _no_coast(facts: ChannelFacts | None) -> str:
