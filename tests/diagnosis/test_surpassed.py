@@ -14,12 +14,19 @@ from vdyn_cli.diagnosis.part.part_judgment import _equalled, _naming_law, _surpa
 
 
 @pytest.mark.parametrize(
-    ("explained", "sufficient", "surpassed"),
-    [(50.0, False, True), (99.0, False, False), (None, True, False), (None, False, True)],
-    ids=["half", "nearly all", "refused, noise left", "refused, more left"],
+    ("explained", "sufficient", "effects", "surpassed"),
+    [
+        (50.0, False, ("one",), True),
+        (88.0, True, ("one", "two"), False),
+        (88.0, True, ("one", "two", "three"), True),
+        (99.0, True, ("one", "two", "three"), False),
+        (None, True, ("one",), False),
+        (None, False, ("one",), True),
+    ],
+    ids=["half", "most by two", "most by three", "all by three", "refused, noise left", "refused, more left"],
 )
-def test_a_part_surpasses_an_answer_that_leaves_much(
-    explained: float | None, sufficient: bool, surpassed: bool
+def test_a_part_surpasses_an_answer_that_leaves_much_or_needs_many_effects(
+    explained: float | None, sufficient: bool, effects: tuple[str, ...], surpassed: bool
 ) -> None:
     fits = {"part": 100.0, "answer": explained}
     search = Some(
@@ -27,7 +34,7 @@ def test_a_part_surpasses_an_answer_that_leaves_much(
         with_effects=lambda effects: None if fits["answer"] is None else "answer",
         explained=lambda fitted: fits[fitted],
     )
-    judgment = Some(answers=(Some(effects=("one",), sufficient=sufficient),))
+    judgment = Some(answers=(Some(effects=effects, sufficient=sufficient),))
     finding = Some(search=search, fitted="part")
     assert _surpassed(*cast(Any, (judgment, finding))) is surpassed
 

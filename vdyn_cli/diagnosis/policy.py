@@ -218,8 +218,9 @@ class Policy(PartPolicy, FitPolicy):
     Simulations and laws are no more exact, even where the folds agree better."""
 
     compensating_effects: int = 2
-    """[effects] up to which a named answer may increase the error of predictions with stated parameters. One effect and
-    one wrong parameter can compensate each other; three and more that all do are not credible."""
+    """[effects] up to which a named answer may increase the error of predictions with stated parameters, or explain
+    less than one part of the model does. One effect and one wrong parameter can compensate each other; three and more
+    that all do are not credible."""
 
     misfit: float = MISFIT
     """[rms over noise floor] above which a residual is a model error without a significant test. Third differences,

@@ -190,7 +190,8 @@ def _named_law(judgment: Judgment, finding: PartFinding) -> LawWithin | None:
 def _surpassed(judgment: Judgment, finding: PartFinding) -> bool:
     """Whether the part explains much more than each answer, so that none of the answers is the true effect.
 
-    An answer whose refit fails here, such as one at a bound, stands if it is sufficient.
+    An answer whose refit fails here, such as one at a bound, stands if it is sufficient. Of an answer of more than
+    ``compensating_effects``, which together imitate one law, the part must only explain clearly more.
     """
     search = finding.search
     most = search.explained(finding.fitted)
@@ -201,7 +202,8 @@ def _surpassed(judgment: Judgment, finding: PartFinding) -> bool:
         if fitted is None:
             continue
         explained = search.explained(fitted)
-        if explained >= POLICY.part_squares * most or most - explained < 2 * POLICY.clearly_better * search.floor:
+        share = 1.0 if len(answer.effects) > POLICY.compensating_effects else POLICY.part_squares
+        if explained >= share * most or most - explained < 2 * POLICY.clearly_better * search.floor:
             return False
     return True
 
