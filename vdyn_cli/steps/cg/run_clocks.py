@@ -20,7 +20,7 @@ CLOCKED = tuple(name for names in CHANNELS for name in names)
 
 
 def run_clocks(logs: Sequence[Log]) -> AddedEffects:
-    """The delay of the second logger in each run, s; none where loads, pitch and acceleration have one clock.
+    """Each run's delay of the other logger behind that of the pitch, s; none where all moments have one clock.
 
     The speeds of two loggers give their delay to 10 to 30 ms. Left out, such errors looked like a pitch axis meters
     away from the body, zeros of the loads of 300 N, and a height of the center of gravity that was 10 % too large.
@@ -32,10 +32,10 @@ def run_clocks(logs: Sequence[Log]) -> AddedEffects:
     Assumes that second and third logger have the same delay where the channels come from three.
     """
     std = {f"{moment}_clock": _error(logs, names) for moment, names in zip(MOMENTS, CHANNELS, strict=True)}
-    late = {law: error for law, error in std.items() if error > 0}
-    if len(late) == len(std):  # relative to a logger of none of them: those that are not on the loads' logger
-        reference = std[f"{MOMENTS[0]}_clock"]
-        late = {law: float(np.hypot(error, reference)) for law, error in std.items() if error != reference}
+    # Relative to the logger of the pitch, whose moment cannot be shifted: the pitch acceleration enters the balance as
+    # the change of the measured pitch rate.
+    reference = std[f"{MOMENTS[1]}_clock"]
+    late = {law: float(np.hypot(error, reference)) for law, error in std.items() if error != reference}
     if not late:
         return NO_EFFECTS
     quantity = Quantity(DELAY, "s", "error of the estimated delay between a run's loggers", "", -LIMIT, LIMIT)
