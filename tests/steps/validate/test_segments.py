@@ -98,6 +98,19 @@ def test_one_missing_torque_is_a_gap() -> None:
         drive_segments([log(drive_torque=holed)], [RunConditions()], Segmentation("vehicle"))
 
 
+def test_a_mass_on_a_road_is_simulated_between_the_gaps_of_its_inputs() -> None:
+    """A dropout of the clock, one of the torque, and a single missing torque, which is interpolated."""
+    kept = (TIME < 20.0) | (TIME > 21.0)
+    holed = TORQUE.copy()
+    holed[(TIME > 30.0) & (TIME < 30.9)] = np.nan
+    holed[400] = np.nan
+    whole = log(drive_torque=holed)
+    dropped = Log("a.csv", TIME[kept], {name: values[kept] for name, values in whole.channels.items()})
+    found, reported = drive_segments([dropped], [RunConditions()], Segmentation("road_load"))
+    assert [(round(s.time[0], 1), round(s.time[-1], 1)) for s in found] == [(3.6, 19.9), (21.2, 30.0), (31.0, 47.6)]
+    assert any("not known in 2 gaps of up to 1.2 s, the longest at 19.90 s" in f.what for f in reported)
+
+
 def test_an_output_that_is_mostly_empty_is_left_out_and_reported() -> None:
     empty = np.full(TIME.size, np.nan)
     empty[:50] = 0.0

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vdyn_cli.quantities.arrays import Mask, filled
+from vdyn_cli.quantities.arrays import Array, Mask, Rows, filled
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -20,20 +20,27 @@ WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr"
 OUTPUTS = ("speed", *WHEELS, "shaft_torque_left", "shaft_torque_right", "acceleration")
 
 
-def unusable(log: Log) -> list[Finding]:
-    """Findings why a log cannot be simulated."""
+def unusable(log: Log, split: bool) -> list[Finding]:
+    """Findings why a log cannot be simulated.
+
+    ``split``: whether it is simulated in parts between its gaps (``missing_inputs``); else a gap is a finding.
+    """
     if log.time.size < FEWEST_SAMPLES:
         what = f"has {log.time.size} rows: at least {FEWEST_SAMPLES} are needed"
         return [Finding(log.name, what, remedy="log longer or at a higher rate, or leave the run out")]
     found = []
-    steps = np.diff(log.time)
-    hole = int(np.argmax(steps))
-    if steps[hole] > max(LONGEST_GAP * float(np.median(steps)), 0.02):
+    holes = _holes(log.time)
+    if holes.size and not split:
+        steps = np.diff(log.time)
+        hole = int(holes[np.argmax(steps[holes])])
         what = f"no samples for {steps[hole]:.2g} s: the torque is unknown"
         remedy = _split(log.time[hole], log.time[hole + 1])
         found.append(Finding(f"{log.name}, at {log.time[hole]:.2f} s", what, "", remedy))
     for name in (*DRIVE_TORQUES, *INPUTS):
-        if name in log:
+        if name in log and np.isfinite(log[name]).sum() < 2:
+            where = f"{log.name}, channel '{name}'"
+            found.append(Finding(where, "contains no numbers", remedy="check the column, or remove the channel"))
+        elif name in log and not split:
             found += _gaps(log, name)
     speed = np.isfinite(log["speed"])
     if speed.sum() < FEWEST_SAMPLES:
@@ -41,6 +48,40 @@ def unusable(log: Log) -> list[Finding]:
         remedy = "map another column, or leave the run out"
         found.append(Finding(f"{log.name}, channel 'speed'", what, remedy=remedy))
     return found
+
+
+def missing_inputs(log: Log, whole: Log) -> tuple[Mask, list[Finding]]:
+    """Mask (n,) of the samples of a completed log that end a gap of its clock or lie in one of an input; and a finding.
+
+    Shorter gaps of an input are interpolated.
+
+    Parameters
+    ----------
+    log : as read. whole : its completed part, with n samples.
+    """
+    left_out = np.zeros(whole.time.size, dtype=bool)
+    ends = [(whole.time[i], whole.time[i + 1]) for i in _holes(whole.time)]
+    for name in (n for n in (*DRIVE_TORQUES, *INPUTS) if n in log):
+        at = log.time[np.isfinite(log[name])]
+        steps = np.diff(at)
+        ends += [(at[i], at[i + 1]) for i in np.flatnonzero(steps > 3 * float(np.median(steps)) + 0.02)]
+    ends = [(a, b) for a, b in ends if a < whole.time[-1] and b > whole.time[0]]
+    for a, b in ends:
+        left_out |= (whole.time > a) & (whole.time <= b)
+    if not ends:
+        return left_out, []
+    longest = max(ends, key=lambda gap: gap[1] - gap[0])
+    what = (
+        f"drive torque, or another input, is not known in {len(ends)} gap{'s' if len(ends) > 1 else ''} of up to "
+        f"{longest[1] - longest[0]:.2g} s, the longest at {longest[0]:.2f} s: the drive is simulated between them"
+    )
+    return left_out, [Finding(log.name, what)]
+
+
+def _holes(time: Array) -> Rows:
+    """Indices of the samples before a gap of the clock."""
+    steps = np.diff(time)
+    return np.flatnonzero(steps > max(LONGEST_GAP * float(np.median(steps)), 0.02))
 
 
 def completed(log: Log) -> tuple[Log, list[Finding]]:
@@ -75,8 +116,6 @@ def _gaps(log: Log, name: str) -> list[Finding]:
     """A finding on the gaps of an input, which must be complete from its first value to its last."""
     there = np.isfinite(log[name])
     where = f"{log.name}, channel '{name}'"
-    if there.sum() < 2:
-        return [Finding(where, "contains no numbers", remedy="check the column, or remove the channel")]
     at = log.time[there]
     usual = float(np.median(np.diff(at)))
     inside = slice(int(np.argmax(there)), there.size - int(np.argmax(there[::-1])))

@@ -21,6 +21,7 @@ from vdyn_cli.steps.validate.drives.complete_inputs import (
     INPUTS,
     OUTPUTS,
     completed,
+    missing_inputs,
     unusable,
 )
 from vdyn_cli.steps.validate.drives.driven_samples import Driven
@@ -150,14 +151,14 @@ def drive_segments(
 
     Raises
     ------
-    InputError : an input has gaps or another clock than the speed, a clock has gaps, or a log is too short.
+    InputError : an input has no values, a log is too short or, for the vehicle model, an input or a clock has gaps.
     """
-    raise_all(f for log in logs for f in unusable(log))
+    rolls = cut.model == "road_load"  # from a vehicle's drives nothing is left out; powered windows contain no braking
+    raise_all(f for log in logs for f in unusable(log, rolls))
     found: list[DriveSegment] = []
     findings: list[Finding] = []
     drives = [completed(log) for log in logs]
     driven = [(w.time, w.channels, total_drive_torque(w.channels)) for w, _ in drives]
-    rolls = cut.model == "road_load"  # from a vehicle's drives nothing is left out; powered windows contain no braking
     limits = power_limits(driven, cut.motion if rolls else None)
     driven = [(time, channels, limit.torque) for (time, channels, _), limit in zip(driven, limits, strict=True)]
     nowhere = [np.zeros(time.size, dtype=bool) for time, _, _ in driven]
@@ -172,7 +173,10 @@ def drive_segments(
         top = float(np.nanmax(np.abs(whole["speed"])))
         if k in odd:
             continue
-        parts = _parts(whole, cut, top, limits[k].beyond | braked.braked | changes[k].other) if top > MOVING else []
+        gaps, missing = missing_inputs(log, whole) if rolls else (nowhere[k], [])
+        findings += missing
+        left_out = limits[k].beyond | braked.braked | changes[k].other | gaps
+        parts = _parts(whole, cut, top, left_out) if top > MOVING else []
         made = [_segment(k, whole, condition, a, b, len(parts) > 1 or cut.length is not None) for a, b in parts]
         slow = min(CREEPING, CREEPING_SHARE * top)
         made = [replace(s, creeping=slow, sampled=_sampled(log, s), outputs=_as_sampled(log, s)) for s in made]
@@ -248,7 +252,7 @@ def _parts(log: Log, cut: Segmentation, top: float, left_out: Mask) -> list[tupl
     Parameters
     ----------
     top : m/s, the largest speed of the log. left_out : (n,) mask, for the road load model: braked without a channel, in
-        another gear, or above a limit of the power.
+        another gear, above a limit of the power, or without an input.
     """
     if cut.model == "vehicle" and cut.length is None and not cut.powered:
         return [(0, log.time.size - 1)]
