@@ -10,7 +10,7 @@ import pytest
 from tests.messy_cases import diagnosed_case
 from tests.plant import messy_day
 from vdyn_cli.diagnosis.part import part_judgment
-from vdyn_cli.diagnosis.part.part_judgment import _equalled, _naming_law, _surpassed
+from vdyn_cli.diagnosis.part.part_judgment import _equalled, _imitates, _naming_law, _surpassed
 
 
 @pytest.mark.parametrize(
@@ -70,8 +70,21 @@ def test_a_learned_law_that_predicts_no_better_than_an_answer_is_not_named(
         monkeypatch.setattr(part_judgment, name, function)
     strategy = Some(model=Some(setup=Some(effects=())))
     law = Some(effect=Some(), name="law")
-    judged = _naming_law(*cast(Any, (strategy, Judged(detection=None, tried=(), base="base"), law)), least=least)
+    judged = _naming_law(
+        *cast(Any, (strategy, Judged(answers=(), detection=None, tried=(), base="base"), law)), least=least
+    )
     assert (judged is not None) is named
+
+
+@pytest.mark.parametrize(("cost", "imitates"), [(104.0, True), (112.0, False)], ids=["by chance", "clearly better"])
+def test_a_learned_law_with_more_unknowns_must_explain_more_than_chance_beside_an_answer(
+    cost: float, imitates: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two more unknowns: chance lowers twice the cost by more than 12.4 in 0.2 % of the cases."""
+    monkeypatch.setattr(part_judgment, "candidate_model", lambda strategy, effects: Some(effects=effects, cost=cost))
+    strategy = Some(model=Some(freed=lambda effect: ("a", "b", "c") if effect == "law" else (effect,)))
+    law, answer = Some(effects=("law",), cost=100.0), Some(effects=("area",))
+    assert _imitates(*cast(Any, (strategy, law, answer))) is imitates
 
 
 @pytest.mark.slow  # a diagnosis of 4 s

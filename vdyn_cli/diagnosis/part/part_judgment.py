@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 from math import inf
 
+from scipy.special import chdtrc
+
 from vdyn_cli.diagnosis.detect.detection import detect
 from vdyn_cli.diagnosis.gain.held_out_gain import HeldOutGain, held_out_gain
 from vdyn_cli.diagnosis.judgment import Judgment
@@ -289,7 +291,8 @@ def _with_learned_law(
     Returns
     -------
     None if every fit fails, leaves much of the misfit, or predicts held-out runs no better than the baseline and the
-    answers that leave only noise. (The search compares the fits by the noise that remains beside free curves.)
+    answers that leave only noise, or if these explain as much but for what its additional unknowns explain by chance.
+    (The search compares the fits by the noise that remains beside free curves.)
     """
     rivals = [held_out_gain(strategy, judgment.base, a.fitted) for a in judgment.answers if a.sufficient]
     least = min((r.after for r in rivals if r is not None), default=inf)
@@ -308,11 +311,22 @@ def _naming_law(strategy: Strategy, judgment: Judgment, law: Learned, least: flo
     answer = candidate_model(extended, (law.name,)) if extended is not None else None
     if extended is None or answer is None or answer.unphysical or not answer.explains_most:
         return None
+    if any(_imitates(extended, answer, a) for a in judgment.answers if a.sufficient):
+        return None
     gain = held_out_gain(extended, extended.base, answer.fitted)
     if gain is None or gain.after >= min(gain.before, least):
         return None
     found = _about(extended, judgment)
     return extended, replace(found, tried=(*judgment.tried, answer)).naming(answer, gain)
+
+
+def _imitates(strategy: Strategy, law: CandidateModel, answer: CandidateModel) -> bool:
+    """Whether a learned law explains no more than an answer, but for what its additional unknowns explain by chance."""
+    same, model = candidate_model(strategy, answer.effects), strategy.model
+    if same is None:
+        return False
+    more = len(model.freed(law.effects[0])) - sum(len(model.freed(e)) for e in same.effects)
+    return bool(chdtrc(max(more, 1), max(2 * (same.cost - law.cost), 0.0)) > POLICY.imitation_level)
 
 
 def _with_candidate(strategy: Strategy, law: Learned) -> Strategy | None:
