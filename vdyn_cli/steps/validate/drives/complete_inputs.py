@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vdyn_cli.quantities.arrays import Array, Mask, Rows, filled
+from vdyn_cli.quantities.arrays import Array, Mask, Rows, filled, spans
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -70,9 +70,9 @@ def missing_inputs(log: Log, whole: Log) -> tuple[Mask, list[Finding]]:
         left_out |= (whole.time > a) & (whole.time <= b)
     if not ends:
         return left_out, []
-    longest = max(ends, key=lambda gap: gap[1] - gap[0])
+    count, longest = len(list(spans(left_out))), max(ends, key=lambda gap: gap[1] - gap[0])
     what = (
-        f"drive torque, or another input, is not known in {len(ends)} gap{'s' if len(ends) > 1 else ''} of up to "
+        f"drive torque, or another input, is not known in {count} gap{'s' if count > 1 else ''} of up to "
         f"{longest[1] - longest[0]:.2g} s, the longest at {longest[0]:.2f} s: the drive is simulated between them"
     )
     return left_out, [Finding(log.name, what)]
