@@ -13,14 +13,16 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.cg.problem import prepare
 from vdyn_cli.steps.cg.run_clocks import DELAY, run_clocks
 
-LATE, STD = (0.02, -0.01, 0.01, -0.03), 0.02  # s, whole samples: interpolation would smooth the noise
+LATE, STD = (0.020, -0.015, 0.008, -0.025), 0.02  # s; interpolation at half a sample smooths the noise
 LOADS = ("front_load", "rear_load")
 
 
 def _with_clock(log: Log, late: float, *names: str, std: float = STD) -> Log:
     """A log whose channels come from another logger, ``late`` s after the others."""
     moved = {n: np.interp(log.time - late, log.time, log[n]) for n in names}
-    return replace(log.with_channels(**moved), clock_std={**log.clock_std, **dict.fromkeys(names, std)})
+    samples = {n: (log.time + late, log[n]) for n in names}
+    clocks = {**log.clock_std, **dict.fromkeys(names, std)}
+    return replace(log.with_channels(**moved), samples=samples, clock_std=clocks)
 
 
 @pytest.mark.parametrize(("names", "sign"), [(LOADS, 1.0), (("pitch_rate", "acceleration"), -1.0)])

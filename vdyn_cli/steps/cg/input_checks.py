@@ -56,7 +56,8 @@ def _ready(spec: CgSpec, log: Log) -> Log:
     """A log with pitch rate, and with the acceleration free of gravity."""
     turned = log if "pitch_rate" in log else log.with_channels(pitch_rate=np.gradient(log["pitch"], log.time))
     if spec.settings.accelerometer == "body":
-        turned = turned.with_channels(acceleration=turned["acceleration"] - GRAVITY * pitch_angle(turned))
+        free = turned["acceleration"] - GRAVITY * pitch_angle(turned)
+        turned = replace(turned.with_channels(acceleration=free), samples=turned.samples)
     return turned
 
 

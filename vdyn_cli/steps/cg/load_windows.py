@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 WINDOW = 0.02  # s over which the balance is integrated; the body pitches at 1 to 3 Hz
 LOADS = ("front_load", "rear_load")
+WHEELS = {f"{n}_load": (f"{n}_left_load", f"{n}_right_load") for n in ("front", "rear")}
 NOISY = (*LOADS, "acceleration", "pitch_rate", "speed")
 GAP = 3.0  # usual steps of the clock, beyond which a window has a gap
 # m/s: three times the noise of a speed at rest; a car that starts with 3 m/s^2 exceeds it within 0.1 s.
@@ -187,8 +188,24 @@ def cut_windows(log: Log, heading: float = 0.0) -> LoadWindows:
     clean["rolling"] = rolling(clean["speed"], STANDSTILL if "speed" in log else UNCERTAIN_STANDSTILL)
     if "rear_load" not in log:
         clean |= dict(zip(HEAVES, pitch_heave(log.time, clean["pitch_rate"]), strict=True))
-    noise = {n: white_level(v, log.time) for n, v in channels.items()}
+    noise = {n: _white_noise(log, n) for n in channels}
     return LoadWindows(log.name, log.time, heading, clean, weights, first[good].astype(np.int64), noise)
+
+
+def _white_noise(log: Log, channel: str) -> float:
+    """Standard deviation of the white noise that has the channel's spectrum at low frequencies.
+
+    Interpolation between another logger's samples attenuates noise only at high frequencies: at half a sample the
+    interpolated channel shows a third of it. So the level is that of the samples; of an axle's load, of its wheels'.
+    """
+    parts = (channel,) if channel in log.samples else [n for n in WHEELS.get(channel, ()) if n in log.samples]
+    if not parts:
+        return white_level(log[channel], log.time)
+    read = [log.samples[n] for n in parts]
+    steps = [float(np.median(np.diff(time))) for time, _ in read]
+    usual = float(np.median(np.diff(log.time)))
+    squares = [white_level(v, t) ** 2 * step / usual for (t, v), step in zip(read, steps, strict=True)]
+    return float(np.sqrt(sum(squares)))
 
 
 def pitch_angle(log: Log) -> Array:

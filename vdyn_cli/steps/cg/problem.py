@@ -236,7 +236,8 @@ def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:
     headings = [run.heading for run in spec.runs] or [0.0] * len(logs)
     ready = ready_runs(spec, logs)
     share, contradiction = weight_contradiction(logs, vehicle, load_zero)
-    ready = tuple(log.with_channels(**{n: log[n] / (1 + share) for n in LOADS if n in log}) for log in ready)
+    if share:
+        ready = tuple(log.with_channels(**{n: log[n] / (1 + share) for n in LOADS if n in log}) for log in ready)
     vehicle = replace(vehicle, load_excess=share)
     if not all("rear_load" in log for log in ready):
         vehicle = with_free_heave(vehicle)
