@@ -44,11 +44,11 @@ def test_rows_do_not_reach_across_a_hole() -> None:
     assert len(found.white(rng.standard_normal((200, 2, 1)), part)) == 200 - 2 * 4
 
 
-def driven(slower: int = 1) -> DriveSegment:
-    """A drive at 100 Hz with a speed in only one of several rows."""
+def driven(slower: int = 1, speed: np.ndarray | None = None) -> DriveSegment:
+    """A drive at 100 Hz with a speed in only one of several rows; about 10 m/s unless stated."""
     rng = np.random.default_rng(5)
     time = np.arange(0.0, 30.0, 0.01)
-    speed = 10.0 + np.sin(0.2 * time)
+    speed = 10.0 + np.sin(0.2 * time) if speed is None else speed
     channels = {
         "speed": speed + 0.02 * rng.standard_normal(time.size),
         "wheel_speed_fl": speed / RADIUS + 0.01 * rng.standard_normal(time.size),
@@ -95,13 +95,25 @@ def test_a_slower_speed_leaves_no_holes(slower: int) -> None:
 
 def test_an_error_of_the_slope_is_integrated_in_the_slow_rows() -> None:
     """A slope that is 0.1 % off for 30 s changes the speed by g m/(m + mr) 0.001 30 s, and a little less with drag."""
-    s = driven()
+    off, at = climbed(driven())
+    assert off[-1] == pytest.approx(9.80665 * 1000.0 / 1050.0 * 0.001 * at[-1], rel=0.15)
+    assert np.all(np.diff(off) > 0.0)
+
+
+def test_an_error_of_the_slope_also_acts_before_the_first_row_of_a_launch() -> None:
+    """A launch with 0.5 m/s^2 after 5 s of rest reaches the first row, at 2 m/s, after 4 s on a slope 0.1 % off."""
+    time = np.arange(0.0, 30.0, 0.01)
+    off, at = climbed(driven(speed=0.5 * np.maximum(time - 5.0, 0.0)))
+    assert at[0] == pytest.approx(9.2, abs=0.1)
+    assert off == pytest.approx(9.80665 * 1000.0 / 1050.0 * 0.001 * (at - 5.2), rel=0.1)
+
+
+def climbed(s: DriveSegment) -> tuple[np.ndarray, np.ndarray]:
+    """Standard deviation of the slow rows of a car by a slope that is 0.1 % off, m/s, and their times, s."""
     layout = row_layout(s, SPEEDS[:1], RADIUS, {"speed": s.smooth_speed}, 0.25)
     car = {"mass": 1000.0, "rotating_mass": 50.0, "air_density": 1.2, "drag_area": 0.6, "wheel_radius": RADIUS}
     error = np.full((s.time.size, 1), 0.001)
     without, with_error = (
         slow_noise(one, layout, layout.bins, car, 0.1).known for one in (s, replace(s, slope_error=error))
     )
-    off = np.sqrt(np.diag(with_error - without))
-    assert off[-1] == pytest.approx(9.80665 * 1000.0 / 1050.0 * 0.001 * layout.bins.time[-1], rel=0.15)
-    assert np.all(np.diff(off) > 0.0)
+    return np.sqrt(np.diag(with_error - without)), layout.bins.time
