@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -11,12 +13,17 @@ from tests.effects.recovered import added
 from vdyn_cli.diagnosis.diagnose import diagnosed
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep
 from vdyn_cli.effects import catalog
+from vdyn_cli.inference import Solution
+from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.steps.tire import problem as tire_problem
 from vdyn_cli.steps.tire.binned_sweep import binned_sweep
+from vdyn_cli.steps.tire.fitted_curve import FittedCurve
 from vdyn_cli.steps.tire.problem import prepare
 from vdyn_cli.steps.tire.spec import TireSpec
 from vdyn_cli.steps.tire.step import STEP
+from vdyn_cli.steps.tire.tire_regression import TireCurveProblem
 
 SPEC = TireSpec.model_validate({"test": "tire"})
 SLOPE = 22.0 * 1.05 - 0.4
@@ -51,6 +58,21 @@ def test_the_slope_of_sweeps_that_end_before_the_peak_is_covered() -> None:
     assert set(result.parameters) == {"tire_longitudinal_stiffness"}
     low, high = result.parameters["tire_longitudinal_stiffness"].interval95
     assert low < SLOPE < high < low + 0.25 * SLOPE
+
+
+def test_a_free_form_with_a_shape_factor_at_its_bound_holds_c(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Friction that hardly falls beyond its peak: the departure replaces C."""
+
+    def bounded(fit: TireCurveProblem) -> FittedCurve:
+        if fit.prior["tire_C"][1] > 0.01:
+            raise ResultError("fit", "tire_C lies at its upper bound")
+        return FittedCurve(fit, cast(Solution, None), None)
+
+    monkeypatch.setattr(tire_problem, "fitted_curve", bounded)
+    bare = replace(prepare(SPEC, sweeps(0.25), Parameters()).fit, begin={"tire_C": 1.7})
+    assert [curve.fit.prior["tire_C"][0] for curve in tire_problem._free_forms(bare)] == [1.7, 1.7]
+    with pytest.raises(ResultError, match="upper bound"):
+        list(tire_problem._free_forms(replace(bare, prior={"tire_C": (1.5, 0.1)})))  # a stated one stays free
 
 
 @pytest.mark.slow  # three fits

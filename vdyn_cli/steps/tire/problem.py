@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -207,18 +207,38 @@ def _with_likely_effect(fit: TireCurveProblem, effects: Sequence[Effect]) -> Map
 def _free_forms(bare: TireCurveProblem) -> Iterator[FittedCurve]:
     """Fits with few and with all terms of a departure from the magic formula; one that fails is left out.
 
+    Of a fit that fails, such as with C at its bound under friction that hardly falls beyond its peak, C is held at its
+    first value, which the departure can replace.
+
+    Parameters
+    ----------
+    bare : the magic formula, with first values.
+
     Raises
     ------
     ResultError : both fail.
     """
     failed: list[ResultError] = []
+    first = {**bare.first_values, **(bare.begin or NO_VALUES)}["tire_C"]
+    held = replace(bare, prior={"tire_C": (first, HELD), **bare.prior})
     for terms in (FEW_TERMS, DEPARTURE):
         try:
-            yield fitted_curve(departing(bare, terms))
+            yield _first_fit(departing(one, terms) for one in (bare, held))
         except ResultError as error:
             failed.append(error)
     if len(failed) > 1:
         raise failed[0]
+
+
+def _first_fit(fits: Iterable[TireCurveProblem]) -> FittedCurve:
+    """The first curve that can be fitted; raises the ResultError of the first if none can."""
+    failed: list[ResultError] = []
+    for fit in fits:
+        try:
+            return fitted_curve(fit)
+        except ResultError as error:
+            failed.append(error)
+    raise failed[0]
 
 
 def prepare(spec: TireSpec, logs: Sequence[Log], known: Parameters) -> TireProblem:
