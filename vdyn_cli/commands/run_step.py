@@ -14,6 +14,7 @@ from vdyn_cli.commands.result_files import section_lock, write_results
 from vdyn_cli.io.folder_lock import refuse_busy
 from vdyn_cli.project.execute import RefusedResultError, execute
 from vdyn_cli.project.result_document import StepRecord, to_json
+from vdyn_cli.quantities.diagnosis import WorstSegment
 from vdyn_cli.quantities.errors import merge_similar
 from vdyn_cli.report.parameter_table import spans_text
 from vdyn_cli.report.typography import estimate_text
@@ -127,8 +128,15 @@ def print_result(record: StepRecord, tell: Tell) -> None:
         tell(result.sentence, result=True)
     if result.diagnosis:
         tell(result.diagnosis.sentence, result=True)
+        if result.diagnosis.verdict == "unknown" and result.diagnosis.where:
+            tell(_largest_error(result.diagnosis.where[0]), result=True)
     if result.refused:
         tell("No result:")
+
+
+def _largest_error(one: WorstSegment) -> str:
+    size = f"{one.size:.3g} {one.unit} on average, {abs(one.over_noise):.2g} times the noise"
+    return f"Largest error: {one.run}, {one.channel}, {one.segment}: {size}."
 
 
 def write_step(
