@@ -53,6 +53,16 @@ def test_a_gain_that_is_no_unit_s_has_the_remedy_of_a_gain() -> None:
     assert "unit" not in found.remedy
 
 
+@pytest.mark.parametrize(("gain", "tilts", "good"), [(1.12, True, True), (1.12, False, False), (1.3, True, False)])
+def test_an_accelerometer_that_pitches_with_the_body_may_read_high(gain: float, tilts: bool, good: bool) -> None:
+    """A soft car pitches by 7 degrees at 1 g, which adds 12 % of gravity's component to the acceleration."""
+    rate = 1.5 * np.sin(0.5 * TIME)
+    log = Log("a.csv", TIME, {"speed": 15.0 - 3.0 * np.cos(0.5 * TIME), "acceleration": gain * rate})
+    (pair,) = tied_pairs(log, Parameters(), tilts=tilts)
+    assert pair.good is good
+    assert ("the body pitches by +6.9 deg at 1 g" in pair.what) == good
+
+
 def test_slopes_that_scatter_the_acceleration_are_no_gain() -> None:
     """The ratio of the scatters is 1.05 to 1.06: slopes of 60 m raise it, and both regressions include 1."""
     time = np.arange(0.0, 900.0, 0.1)

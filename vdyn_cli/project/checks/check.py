@@ -20,6 +20,7 @@ from vdyn_cli.project.checks.logged_conditions import contradicted_conditions
 from vdyn_cli.project.checks.redundancy import compared_over_runs, tied_pairs, untied_channels
 from vdyn_cli.project.inputs import Inputs, errors_of_step, gather_usable
 from vdyn_cli.project.reading.left_out_runs import LeftOutRun
+from vdyn_cli.project.reading.run_reading import tilts_with_body
 from vdyn_cli.quantities.check_schema import (
     CheckDocument,
     CheckedRun,
@@ -84,7 +85,8 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
     contradicted = (*found.contradicted, *contradicted_conditions(inputs.spec, inputs.source))
     wrong = _corrections(inputs, refused, contradicted)
     computed = [(one.channel.source, one.channel.target) for one in inputs.scalings]
-    tied = [pair for one in inputs.unsplit for pair in tied_pairs(one.log, inputs.known, computed, inputs.clocks)]
+    tilts = tilts_with_body(inputs.spec)
+    tied = [p for one in inputs.unsplit for p in tied_pairs(one.log, inputs.known, computed, inputs.clocks, tilts)]
     redundancy, contradictions = compared_over_runs(tied)
     vehicle = implausible_rotating_mass(inputs)
     runs = [_checked(inputs, k, found, refused, redundancy) for k in range(len(inputs.unsplit))]

@@ -51,6 +51,7 @@ def tied_pairs(
     known: Parameters,
     computed: Collection[tuple[str, str]] = (),
     clocks: Sequence[ClockDifference] = (),
+    tilts: bool = False,
 ) -> Iterator[TiedPair]:
     """Every physically related pair of the log's channels.
 
@@ -59,12 +60,13 @@ def tied_pairs(
     log : SI, NaN where a sample is missing or cut. known : mass and wheel radius are used if they are known.
     computed : source and target of channels that are computed from another one, with which they agree by definition.
     clocks : the differences of the loggers' clocks; the gains of wheel speeds include their uncertainty.
+    tilts : the accelerometer pitches with the body, and measures a component of gravity with it.
     """
     speed = next((n for n in ("speed", "vehicle_speed") if n in log), None)
     if speed is not None and "position" in log:
         yield _distance(log, speed)
     if speed is not None and "acceleration" in log:
-        yield _change(log, speed)
+        yield _change(log, speed, tilts)
     for left, right in AXLES:
         if left in log and right in log:
             yield _ratio(log, left, right, 1.0, (QUALITY.axle_speeds, QUALITY.axle_speeds))
@@ -236,7 +238,7 @@ def _distance(log: Log, speed: str) -> TiedPair:
     return _with_delay(_pair(log, "position", f"integral of {speed}", f"gain {gain:.3f}", good, gain=gain), delay)
 
 
-def _change(log: Log, speed: str) -> TiedPair:
+def _change(log: Log, speed: str, tilts: bool) -> TiedPair:
     """Acceleration against the change of speed; only its offset if they are hardly correlated."""
     first, second = "acceleration", f"change of {speed}"
     if _finite(log["acceleration"], log[speed]).sum() < FEWEST_WINDOWS:
@@ -251,10 +253,12 @@ def _change(log: Log, speed: str) -> TiedPair:
         what += "hardly correlated"
         return _pair(log, first, second, what, offset=offset)
     lively = float(np.nanstd(log["acceleration"])) >= QUALITY.least_acceleration_std
-    agrees = not found.differs(QUALITY.reported_scale)
+    agrees = not found.differs(QUALITY.reported_tilted_scale if tilts else QUALITY.reported_scale)
     gain, offset = found.value, float(np.mean(y) - found.value * np.mean(x))
+    pitches = tilts and agrees and found.differs(QUALITY.reported_scale)
     signed = log if gain > 0.0 else log.with_channels(acceleration=-log[first])
     what = f"gain {gain:.3f} ({found.low:.3f} to {found.high:.3f}), offset {offset:+.3f} m/s^2"
+    what += f" (the body pitches by {degrees(gain - 1.0):+.1f} deg at 1 g)" if pitches else ""
     what += ", opposite signs" if gain < 0.0 else f" ({found.mistake}?)" if found.mistake else ""
     # In a gentle drive, a slope that changes steadily resembles a wrong gain: only all runs together show a unit.
     good = agrees if lively or agrees else None

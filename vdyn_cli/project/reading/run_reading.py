@@ -114,6 +114,11 @@ def called(name: str, run: Run, spec: Description) -> str:
     return f"{name} ({f'{start} to {stop}' if start and stop else f'from {start}' if start else f'to {stop}'} s)"
 
 
+def tilts_with_body(spec: object) -> bool:
+    """Whether a description states an accelerometer that pitches with the body."""
+    return getattr(getattr(spec, "settings", None), "accelerometer", None) == "body"
+
+
 def _checked(step: Step, spec: Description, found: CutLog, no_unit: Collection[str]) -> CutLog:
     """The run with its totals and the findings on its channels; channels in ``no_unit`` are not checked.
 
@@ -124,9 +129,8 @@ def _checked(step: Step, spec: Description, found: CutLog, no_unit: Collection[s
     log = replace(found.log, findings=(*found.log.findings, *cut_findings(found.ledger), *suspect_findings(found)))
     log = with_totals(step, within_physical_limits(step, log, no_unit))
     if not no_unit:
-        tilts = getattr(getattr(spec, "settings", None), "accelerometer", None) == "body"
         # If a torque drives the vehicle, the fit can decide which of two channels has the wrong scale.
-        log = with_cross_checks(log, refuse="driving" not in step.situations, tilts=tilts)
+        log = with_cross_checks(log, refuse="driving" not in step.situations, tilts=tilts_with_body(spec))
     return replace(found, log=log)
 
 
