@@ -76,7 +76,7 @@ COASTDOWN = (
 )
 
 CG = (
-    *_each("cg", "", "named", clock_offset=1e-3, acceleration_delay=4e-3),
+    *_each("cg", "", "named", clock_offset=1e-3, acceleration_delay=4e-3, acceleration_lag=0.03),
     *_each("cg", "", "named", unsprung_mass=100.0, aero_lift=0.6),
     *_each("cg", "", "named", load_crosstalk=0.02),
     Cell("cg", "", {"road_grade": 0.02}, "named", fast=True),

@@ -33,7 +33,7 @@ BRAKE_FRONT = 0.65  # share of the braking force; all of the driving force is at
 
 # Sizes at which finite differences are taken.
 SMALL = dict.fromkeys(EFFECTS, 1e-3) | {"unsprung_mass": 40.0, "own_axles": 0.5, "aero_lift": 0.1, "road_grade": 1e-4}
-ONE_SIDED = ("unsprung_mass", "own_axles")
+ONE_SIDED = ("unsprung_mass", "own_axles", "acceleration_lag")
 
 
 @dataclass(frozen=True)

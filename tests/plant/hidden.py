@@ -159,6 +159,7 @@ LOADED: Mapping[str, float] = {
     "wheel_force_gain": 0.01,
     "clock_offset": 0.005,
     "acceleration_delay": 0.005,
+    "acceleration_lag": 0.02,
     "road_grade": 0.01,
     "aero_lift": 0.3,
     "unsprung_mass": 80.0,
