@@ -11,6 +11,7 @@ import pytest
 
 from tests.diagnosis.line_step import estimate
 from tests.diagnosis.linear import Campaign, cause
+from vdyn_cli.diagnosis.name import candidate_judgment
 from vdyn_cli.diagnosis.name.candidate_judgment import _is_significant, _with_idle_remainder, judge
 from vdyn_cli.diagnosis.name.candidate_models import candidate_model
 from vdyn_cli.diagnosis.size.finding_size import Limits, _exceeds_stated_rate, explained_share, finding_size
@@ -39,6 +40,27 @@ def test_an_amplitude_that_chance_explains_has_no_size():
     strategy = open_strategy(SMALL.setup(*CATALOG))
     counted = {e: _is_significant(strategy, strategy.base, candidate_model(strategy, (e,))) for e in ("slope", "step")}
     assert counted == {"slope": True, "step": False}
+
+
+@pytest.mark.parametrize(("most", "kept"), [(True, ("loss",)), (False, ("tilt", "loss"))], ids=["little", "much"])
+def test_an_effect_on_another_channel_stays_if_the_others_leave_much(
+    most: bool, kept: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The tilt of an accelerometer changes no simulated speed, and is certain."""
+
+    def fitted(strategy: object, effects: tuple[str, ...]) -> SimpleNamespace:
+        return SimpleNamespace(effects=effects, fitted=effects, explains_most=most)
+
+    def size(strategy: object, less: tuple[str, ...], more: tuple[str, ...]) -> SimpleNamespace:
+        return SimpleNamespace(plain=True, change=0.0 if "loss" in less else 1.0, before=1.0, after=1.0)
+
+    monkeypatch.setattr(candidate_judgment, "candidate_model", fitted)
+    monkeypatch.setattr(candidate_judgment, "finding_size", size)
+    strategy: Any = SimpleNamespace(prior_values={"mass": 1.0})
+    both: Any = fitted(strategy, ("tilt", "loss"))
+    limits = Limits(output=0.1, noise=1.0)
+    (answer,) = candidate_judgment._without_idle_effects(strategy, strategy, (both,), limits)
+    assert answer.effects == kept
 
 
 @pytest.mark.parametrize(("std", "matters"), [(0.01, True), (10.0, False)])

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any, cast
+
 import pytest
 
 from vdyn_cli.diagnosis.part.published_part import elsewhere, law_clause
+from vdyn_cli.diagnosis.published_fields import interchangeable
 from vdyn_cli.diagnosis.verdict_text import amplitude_text, is_plural, remainder_sentence, with_undetected_bias
 from vdyn_cli.effects import catalog
 from vdyn_cli.quantities.diagnosis import CurvePoint, Detectable, Diagnosis, FaultyPart, PartLaw
@@ -50,6 +54,21 @@ def test_shares_of_the_axles_are_in_percent_as_their_mean() -> None:
     unknowns = {"load_crosstalk": (0.02, 0.006), "load_crosstalk_balance": (0.9, 0.3)}
     sizes = {n: Estimate(v, h / 1.96, (v - h, v + h), "", "", found.name) for n, (v, h) in unknowns.items()}
     assert amplitude_text(found, sizes) == " (2.00 +- 0.60 %; front 3.80, rear 0.20)"
+
+
+@pytest.mark.parametrize(
+    ("answers", "sets"),
+    [
+        (("tilt loss", "zero loss", "tilt gain"), (("tilt", "zero"), ("loss", "gain"))),
+        (("tilt loss", "zero loss", "tilt gain", "zero gain"), (("tilt", "zero"), ("loss", "gain"))),
+        (("tilt loss", "zero loss", "zero gain"), ()),
+        (("tilt loss", "loss"), ()),
+    ],
+)
+def test_effects_that_replace_one_another_in_any_combination_are_sets(
+    answers: tuple[str, ...], sets: tuple[tuple[str, ...], ...]
+) -> None:
+    assert interchangeable(*cast(Any, ([SimpleNamespace(effects=tuple(a.split())) for a in answers],))) == sets
 
 
 PLURAL = (

@@ -68,15 +68,18 @@ def ambiguous(judgment: Judgment) -> tuple[tuple[str, ...], ...]:
 def interchangeable(answers: Sequence[CandidateModel]) -> tuple[tuple[str, ...], ...]:
     """For each effect of the first answer, that effect and those that replace it in other answers.
 
-    Empty where an answer differs from the first in more than one effect.
+    Empty where an answer has another number of effects, or several other effects that do not each replace one alone.
     """
     first = answers[0].effects
     sets = {e: [e] for e in first}
-    for other in answers[1:]:
-        gone, new = [e for e in first if e not in other.effects], [e for e in other.effects if e not in first]
-        if len(gone) != 1 or len(new) != 1:
+    changes = [({*first} - {*o.effects}, {*o.effects} - {*first}) for o in answers[1:]]
+    for gone, new in changes:
+        if len(gone) == len(new) == 1:
+            sets[min(gone)].append(min(new))
+    for gone, new in changes:
+        each = [new & {*sets[e]} for e in gone]
+        if len(gone) != len(new) or not all(each) or set().union(*each) != new:
             return ()
-        sets[gone[0]].append(new[0])
     return tuple(map(tuple, sets.values()))
 
 

@@ -103,7 +103,9 @@ def _without_idle_effects(
 ) -> tuple[CandidateModel, ...]:
     """The answers without effects that neither change the main output by more than the limit nor lower its error.
 
-    Beside a large effect, the error of its law may look like a further effect. Only with predictions at prior values.
+    Beside a large effect, the error of its law may look like a further effect. One without which much of the misfit is
+    left, as of an accelerometer that is tilted, is none of these: it explains another channel. Only with predictions at
+    prior values.
     """
     if limits is None or not strategy.prior_values:
         return tuple(answers)
@@ -113,7 +115,7 @@ def _without_idle_effects(
         for effect in answer.effects if len(answer.effects) > 1 else ():
             rest = tuple(e for e in kept.effects if e != effect)
             less = candidate_model(local, rest) if rest else None
-            size = finding_size(strategy, less.fitted, kept.fitted) if less else None
+            size = finding_size(strategy, less.fitted, kept.fitted) if less and less.explains_most else None
             if less and size and size.plain and size.change <= limits.output and size.after >= size.before:
                 kept = less
         found.setdefault(kept.effects, kept)
