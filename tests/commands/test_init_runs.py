@@ -264,6 +264,18 @@ def test_driven_parts_of_a_log_are_no_coast_downs(signal: str, on: float, why: s
     assert "mean decelerations of the runs: 0.19, 0.19 m/s^2" in found.text
 
 
+def test_an_idling_engine_s_throttle_and_gear_changes_show_no_drive(tmp_path: Path) -> None:
+    """The throttle of an idling engine is 15 % open, and closed with the engine's drag; 0 between two gears."""
+    speed, driven = stop_and_go()
+    throttle = np.where(driven, 5.0, 15.0)
+    throttle[:80] = 80.0
+    gear = np.where(np.arange(speed.size) % 80 < 2, 0.0, 4.0)
+    log = table(
+        tmp_path / "all.csv", time_s=np.arange(speed.size) / 4.0, speed_mpers=speed, Throttle_=throttle, Gear_=gear
+    )
+    assert len(draft("coastdown", log)[1]["runs"]) == 4
+
+
 def test_a_log_with_driven_parts_only_is_said_to_be_no_coast_down(tmp_path: Path) -> None:
     speed, driven = stop_and_go()
     pedal = 20.0 * (driven | (speed > 1.0))

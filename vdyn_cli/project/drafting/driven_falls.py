@@ -17,9 +17,10 @@ from vdyn_cli.quantities.quantity import UnitError, to_si
 
 _MAIN = (0.3, 0.85)  # of a fall's highest speed: between the steady speed before it and the stop after it
 _MOSTLY = 0.5  # share of the samples of the main part in which a signal is on; a coast-down has none
-_PRESSED = 0.05  # of a pedal's or a brake's range, above its released value
+_PRESSED = 0.1  # of a pedal's or a brake's range, above its released value
 _RELEASED = 0.05  # quantile of a pedal's or a brake's values that is its released value
-_AT_REST = 0.5  # m/s, below which an engine idles
+_AT_REST = 0.5  # m/s, below which an engine idles: its throttle is then 10 to 17 % open, as in a coast-down
+_NEUTRAL = 0.05  # share of the moving samples without a gear, above which these are not only gear changes
 _TURNS = 300.0  # rpm at rest, above which a rotational speed is that of an engine, not of an electric motor
 _ABOVE_IDLE = 1.3  # of the idle speed: an engine that drags the car; idling while the car rolls is 10 to 20 % faster
 _NOT_A_STATE = frozenset(("target", "max", "error", "status", "temp", "temperature", "mean"))
@@ -83,7 +84,10 @@ def _is_signal(name: str) -> bool:
 
 
 def _is_pedal(words: Words) -> bool:
-    return bool(words & {"throttle", "accelerator", "fahrpedal", "gaspedal"}) and "brake" not in words
+    return (
+        bool(words & {"throttle", "accelerator", "fahrpedal", "gaspedal", "drosselklappe", "tps"})
+        and "brake" not in words
+    )
 
 
 def _is_brake(words: Words) -> bool:
@@ -120,11 +124,14 @@ def _driving(name: str, time: Array, values: Array, speed: Array) -> tuple[str, 
         return "", time, off
     if _is_pedal(words) or _is_brake(words):
         released = float(np.quantile(values, _RELEASED))
+        if _is_pedal(words) and (speed < _AT_REST).any():
+            released = max(released, float(np.median(values[speed < _AT_REST])))
         on = values > released + _PRESSED * (values.max() - released)
         return "the pedal is pressed" if _is_pedal(words) else "the brake is applied", time, on.astype(float)
     if _is_gear(words):
-        neutral = (values == 0.0) & (speed > _AT_REST)  # a gear that is 0 only at rest may be reverse or unknown
-        return "a gear is engaged", time, (values != 0.0).astype(float) if neutral.any() else off
+        moving = values[speed > _AT_REST]  # a gear that is 0 only at rest may be reverse or unknown
+        neutral = moving.size > 0 and float(np.mean(moving == 0.0)) > _NEUTRAL
+        return "a gear is engaged", time, (values != 0.0).astype(float) if neutral else off
     rest = values[speed < _AT_REST]
     idle = float(np.median(rest)) if rest.size else math.nan
     on = (values > _ABOVE_IDLE * idle) & (idle > _TURNS)
