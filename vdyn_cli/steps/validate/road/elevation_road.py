@@ -56,13 +56,12 @@ def _on_time(made: ValidateProblem, logged: ValidateProblem) -> ValidateProblem:
 
     A barometer and its filter lag by a second or more, in which the car drives 20 m and more. To first order, a lag
     T of the elevation changes the speed as the slope -T di/dt; T is found by linearizing again about the last value.
+    The likeliest lag is used however little it explains, because the error of the grade contains no lag.
     """
     now, late = made, 0.0
-    for count in range(LAG_ROUNDS):
+    for _ in range(LAG_ROUNDS):
         rates = [np.gradient(g.grade, g.time) for g in now.grades]
-        change, reduction = shown_slope(now.baseline, now.logs, rates)
-        if count == 0 and reduction < VALIDATE_POLICY.hills_gain:
-            return made
+        change, _ = shown_slope(now.baseline, now.logs, rates)
         late += change
         if not 0.0 < late < VALIDATE_POLICY.largest_elevation_lag:
             return made
@@ -70,6 +69,8 @@ def _on_time(made: ValidateProblem, logged: ValidateProblem) -> ValidateProblem:
         now = replace(made, logs=with_grades(logged.logs, grades), grades=grades)
         if abs(change) < LAG_SETTLED:
             break
+    if late < LAG_SETTLED:
+        return made
     what = f"the elevation is {late:.2g} s late: the drives show its hills earlier, and its grade was moved there"
     remedy = "map 'grade' if it is known better"
     finding = Finding("channels.elevation", what, remedy=remedy, minor=True)
