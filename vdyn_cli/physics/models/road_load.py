@@ -96,7 +96,7 @@ def road_load(
         if accelerometer:
             specific = (1.0 + e.p.accelerometer_scale) * specific + e.p.accelerometer_zero
         if accelerometer or specific_force:
-            e.sensor("acceleration", specific)
+            e.sensor("acceleration", specific, rate_of_change=rate)
 
     return Model(
         name="road load",

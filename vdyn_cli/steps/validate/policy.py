@@ -34,6 +34,11 @@ class ValidatePolicy:
     """[share] standard deviation of the slip that follows from slip_stiffness. Uniformly distributed between zero and
     twice the expected one: 1/sqrt(3)."""
 
+    body_pitch: float = 0.02
+    """[m/s^2 per m/s^2] standard deviation, about zero, of the gravity that an accelerometer in a pitching body reads
+    per acceleration of a mass on a road. Passenger cars squat and dive by 0 to 2 deg per g, which reads as 0 to 0.035:
+    uniformly distributed, that has a root mean square of 0.02."""
+
     logger_latency: float = 0.035
     """[s] standard deviation of a channel's latency, in drives of a mass on a road. GPS receivers give their speed 7 to
     160 ms late, filters of bus signals take 5 to 100 ms, a torque from the bus is 10 to 100 ms late. Most are within 0

@@ -1,4 +1,4 @@
-"""Unknown errors of the channels of a mass on a road: the slip of driven wheels, and the latencies of the loggers.
+"""Unknown errors of the channels of a mass on a road: slip of driven wheels, pitch of the body, latencies of loggers.
 
 Under a drive force F, the driven wheels and the parts that turn with them run faster than the road by the slip
 F/(S m g), where S is the driven tires' slip stiffness over weight. The impulse that this takes is missing in the car's
@@ -6,9 +6,13 @@ speed, which becomes
 
     V (1 - mr/(m + mr) F/(S m g)).
 
-The model of a mass on a road has no slip and no parameter S. Only the differences of latencies matter, so that those of
-the other channels are relative to that of the drive torque: their variances are twice that of one latency, half of it
-in common. As further unknown, the latency of the torque would be determined by the noise of the logged torque.
+The model of a mass on a road has no slip and no parameter S. Its body does not pitch either: that of a car squats by an
+angle k V'/g as it accelerates, by which an accelerometer reads k V' more. On a level road that is a gain of the sensor;
+on hills, whose gravity a gain also scales, it would be a wrong rotating mass.
+
+Only the differences of latencies matter, so that those of the other channels are relative to that of the drive torque:
+their variances are twice that of one latency, half of it in common. As further unknown, the latency of the torque would
+be determined by the noise of the logged torque.
 
 A value that the logger holds was sampled anywhere in the row h before it appears. It is then late by 0 to h, evenly
 distributed, with the mean square h^2/3, beside the latency of the sensor. The prior has the mean zero of an exporter
@@ -31,7 +35,7 @@ from vdyn_cli.steps.validate.noise import inertia_of
 from vdyn_cli.steps.validate.policy import VALIDATE_POLICY
 from vdyn_cli.steps.validate.road.road_slope import LATENCIES
 
-SLIP = "slip_impulse"
+SLIP, PITCH = "slip_impulse", "body_pitch"
 
 
 @effect(
@@ -44,13 +48,24 @@ def _slip_impulse(speed: Law, s: Signals, q: Signals) -> Number:
     return speed(s) * (1.0 - q.slip_impulse * s.traction)
 
 
+@effect(
+    on="acceleration",
+    unknowns=(Quantity(PITCH, "", "gravity along a pitching accelerometer per acceleration", "k", -1.0, 1.0),),
+    reference="pitch gradient of a sprung body",
+)
+def _body_pitch(acceleration: Law, s: Signals, q: Signals) -> Number:
+    """The specific force with the gravity along an accelerometer in a body that pitches as the car accelerates."""
+    return acceleration(s) + q.body_pitch * s.rate_of_change
+
+
 SLIP_IMPULSE: Effect = replace(_slip_impulse, name=SLIP)
+BODY_PITCH: Effect = replace(_body_pitch, name=PITCH)
 
 
 def with_channel_errors(
     setup: SimulationSetup, covered: Collection[str], start: Mapping[str, float]
 ) -> SimulationSetup:
-    """The setup of a mass on a road with slip and latencies as unknowns with a prior; that of a vehicle as is.
+    """The setup of a mass on a road with slip, pitch and latencies as unknowns with a prior; that of a vehicle as is.
 
     Parameters
     ----------
@@ -67,6 +82,8 @@ def with_channel_errors(
     rows = {e: held.get(n, 0.0) for n, e in LATENCIES.items() if n in setup.sensors.channels and e.name not in covered}
     late = {e: hypot(_spread(row), common) for e, row in rows.items()}
     known = {SLIP_IMPULSE: (slip, VALIDATE_POLICY.slip_spread * slip)} if slip > 0.0 else {}
+    if "acceleration" in setup.sensors.channels:
+        known[BODY_PITCH] = (0.0, VALIDATE_POLICY.body_pitch)
     known |= {e: (0.0, std) for e, std in late.items()}
     unknowns = tuple(
         Unknown(
