@@ -35,6 +35,8 @@ def test_an_effect_that_shows_is_probable_and_one_that_does_not_is_not(slope: fl
     assert answer is not None
     found = probable_answers(strategy, answer.fitted)
     assert [one.effects for one, _ in found] == ([("wave", "slope")] if slope else [])
+    assert probable_answers(strategy, answer.fitted, {"slope"}) == found
+    assert probable_answers(strategy, answer.fitted, {"wave"}) == []
 
 
 @pytest.mark.parametrize(("stated", "probable"), [(None, True), (10.0, True), (0.01, False)])

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from vdyn_cli.diagnosis.detect.unexplained import unexplained_biases
 from vdyn_cli.diagnosis.extend.extension import Extension
 from vdyn_cli.diagnosis.extend.interval_union import OpenAnswer, biases, propagated, widened
+from vdyn_cli.diagnosis.extend.other_laws import in_other_forms
 from vdyn_cli.diagnosis.extend.published_answers import publish_with
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
@@ -34,7 +35,7 @@ def with_open_answers(
     """The result with intervals widened by the verdict.
 
     * ``not_testable``: the answers that are confounded in runs of one direction, and the baseline.
-    * ``adequate``: the mixture of the baseline with answers of one effect.
+    * ``adequate``: the mixture of the baseline with answers of one effect, also by another form of its law.
     * ``ambiguous``: all answers except the doubtful, and the baseline if it has a result and is not excluded.
     * ``unknown``: the baseline and the closest model, each with the bias by its unexplained residual.
     * An answer that is not in the model (a learned law, unless requested): that answer and the baseline. A learned law
@@ -56,7 +57,7 @@ def with_open_answers(
         return widening.including([widening.baseline(), *found]) if found else result
     if judgment.verdict == "adequate":
         decided = extension.result is not None or judgment.immaterial is not None
-        return result if decided else widening.averaged(judgment.base)
+        return result if decided else widening.averaged(judgment.base, widening.in_other_forms())
     if judgment.verdict == "ambiguous" or extension.open:
         found, notes = least_doubtful(widening.published(judgment.possible, known=extension.answers))
         whole = widening.including(found if extension.open else [widening.baseline(), *found])
@@ -89,6 +90,7 @@ class _Widening:
     problem: SimulatedProblem
     base: Result
     result: Result
+    prior: bool = False  # whether amplitudes of published answers have a prior about zero, as wide as their ranges
 
     def including(self, found: Sequence[OpenAnswer], note: str = HOLD_ALL) -> Result:
         """The result with intervals that include these answers."""
@@ -103,12 +105,26 @@ class _Widening:
         """The baseline as an answer, with the bias by the unexplained residual of its fit ``at``, of ``elements``."""
         return OpenAnswer(BASELINE, self.base.parameters, self.biases(at, self.base, elements) if at else {})
 
-    def averaged(self, fitted: FittedModel) -> Result:
-        """The result of this fit, with the intervals of its mixture with answers of one more effect."""
-        found = [replace(self.published([a])[0], probability=p) for a, p in probable_answers(self.strategy, fitted)]
+    def averaged(self, fitted: FittedModel, more: Sequence[OpenAnswer] = ()) -> Result:
+        """The result of this fit, with the intervals of its mixture with answers of one more effect and ``more``."""
+        found = [*self.probable(fitted), *more]
         others = [(one.probability, one.result) for one in found if one.result]
         averaged = self.problem.including(self.result, others) if others else self.result
         return with_wider_intervals(averaged, widened(averaged.parameters, found))
+
+    def probable(self, fitted: FittedModel, among: Collection[str] | None = None) -> list[OpenAnswer]:
+        """The answers with one more effect than this fit, with their probabilities (``probable_answers``)."""
+        each = probable_answers(self.strategy, fitted, among)
+        return [replace(self.published([a])[0], probability=p) for a, p in each]
+
+    def in_other_forms(self) -> list[OpenAnswer]:
+        """The probable answers of one effect that acts by another form of its law, of steps with further numbers.
+
+        Such an effect may stay below detection while the form that is tested explains too little to be probable.
+        """
+        names = {e.name for e in self.strategy.model.setup.effects if e.other_law is not None}
+        opened = in_other_forms(self.strategy, names) if names and self.problem.has_further_numbers else None
+        return [] if opened is None else replace(self, strategy=opened, prior=True).probable(opened.base, names)
 
     def published(
         self,
@@ -128,7 +144,7 @@ class _Widening:
             near = self.strategy.relinearized(answer.fitted)
             result = known.get(answer.effects)
             if result is None:
-                result = publish_with(self.problem, [candidates[e] for e in answer.effects], near.values)[0]
+                result = publish_with(self.problem, [candidates[e] for e in answer.effects], near.values, self.prior)[0]
             bias = self.biases(near, result or self.result) if unexplained else {}
             parameters = result.parameters if result else by_fit(near.solution, self.result, self.problem.derived)
             found.append(OpenAnswer(_label(answer), parameters, bias, result=result))

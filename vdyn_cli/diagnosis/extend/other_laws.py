@@ -6,7 +6,7 @@ discriminate between the forms, while the parameters and forces beside them diff
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 
 from vdyn_cli.diagnosis.extend.interval_union import OpenAnswer, widened
@@ -16,7 +16,7 @@ from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
-from vdyn_cli.effects import Effect, in_other_form
+from vdyn_cli.effects import in_other_form
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import SimulatedProblem
@@ -41,28 +41,36 @@ def holding_other_laws(strategy: Strategy, judgment: Judgment, result: Result, p
     return with_wider_intervals(result, widened(result.parameters, found), HOLD_FORMS)
 
 
+def in_other_forms(strategy: Strategy, names: Collection[str]) -> Strategy | None:
+    """The strategy whose named effects act by the other form of their law; None where it cannot be fitted."""
+    setup = strategy.model.setup
+    effects = tuple((in_other_form(e) or e) if e.name in names else e for e in setup.effects)
+    try:
+        return open_strategy(replace(setup, effects=effects))
+    except (ResultError, ArithmeticError):
+        return None
+
+
 def _others(strategy: Strategy, answer: CandidateModel, problem: SimulatedProblem) -> Iterator[OpenAnswer]:
     """The published results of an answer with the other form of each law that has one."""
     candidates = strategy.model.setup.candidates
     for name in answer.effects:
         other = in_other_form(candidates[name])
-        if other is None or _explains_less(strategy, answer, other):
+        if other is None or _explains_less(strategy, answer, name):
             continue
         result = publish_with(problem, [other if e == name else candidates[e] for e in answer.effects], prior=True)[0]
         if result is not None:
             yield OpenAnswer(" + ".join(answer.effects), result.parameters, result=result)
 
 
-def _explains_less(strategy: Strategy, answer: CandidateModel, other: Effect) -> bool:
-    """Whether an answer explains clearly less with this form of an effect; so does one that cannot be fitted."""
-    setup = strategy.model.setup
-    effects = tuple(other if e.name == other.name else e for e in setup.effects)
+def _explains_less(strategy: Strategy, answer: CandidateModel, name: str) -> bool:
+    """Whether an answer explains clearly less with the other form of an effect; so does one that cannot be fitted."""
+    opened = in_other_forms(strategy, {name})
     try:
-        opened = open_strategy(replace(setup, effects=effects))
-        fitted = opened.fitted(answer.effects)
+        fitted = opened.fitted(answer.effects) if opened else None
     except (ResultError, ArithmeticError):
         return True
-    if fitted is None:
+    if opened is None or fitted is None:
         return True
     explained = strategy.base.solution.cost - answer.cost
     return opened.base.solution.cost - fitted.solution.cost < explained - POLICY.clearly_better

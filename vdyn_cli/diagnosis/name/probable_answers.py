@@ -16,6 +16,7 @@ Source: Kass and Raftery, Bayes factors, J. Am. Stat. Assoc. 90 (1995) 773.
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 
 from vdyn_cli.diagnosis.detect.detection import is_testable
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel, candidate_model
@@ -25,13 +26,16 @@ from vdyn_cli.diagnosis.strategies.full_model import FittedModel
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
 
 
-def probable_answers(strategy: Strategy, published: FittedModel) -> list[tuple[CandidateModel, float]]:
+def probable_answers(
+    strategy: Strategy, published: FittedModel, among: Collection[str] | None = None
+) -> list[tuple[CandidateModel, float]]:
     """The candidate models with one more effect whose probability exceeds ``open_probability``, with that probability.
 
     Parameters
     ----------
     published : the fit of the named answer, or of the baseline. Only testable candidates of one amplitude are added,
         and none with which a parameter is significantly outside its physical range.
+    among : only the answers with these effects; None for all.
     """
     model = strategy.model
     beside = model.scores(published, [n for n in model.setup.candidates if n not in published.effects])
@@ -50,7 +54,7 @@ def probable_answers(strategy: Strategy, published: FittedModel) -> list[tuple[C
     total = 1.0 + sum(odds.values())
     found: list[tuple[CandidateModel, float]] = []
     for name, factor in odds.items():
-        if factor > POLICY.open_probability * total:
+        if factor > POLICY.open_probability * total and (among is None or name in among):
             tried = candidate_model(strategy, (*published.effects, name))
             if tried is not None and not tried.unphysical:
                 found.append((tried, factor / total))
