@@ -114,6 +114,14 @@ def test_slip_that_would_imitate_an_error_is_held() -> None:
     assert held[1] < 0.01 * free[1]
 
 
+def test_slip_is_free_beside_the_error_that_it_would_imitate() -> None:
+    hidden = Hidden("clock_offset", 0.12)
+    held = problem(hidden, 1.0)
+    held = replace(held, vehicle=replace(held.vehicle, nuisances=held.fit.nuisances)).publish(added(hidden.effect))
+    found = fitted(hidden, 1.0)
+    assert found.parameters["pitch_inertia"].std > 1.1 * held.parameters["pitch_inertia"].std
+
+
 @pytest.mark.parametrize("gain", [-0.05, 0.02, 0.05])
 def test_loads_that_contradict_the_weight_are_scaled(gain: float) -> None:
     result = problem(Hidden("wheel_force_gain", gain), 1.0).publish()

@@ -198,12 +198,26 @@ class CgProblem(SimulatedProblem):
                 return replace(self, fit=replace(self.fit, pitch_inertia=None)).publish(added)
         fit = replace(self.fit, added=added) if added.unknowns else self.fit
         try:
-            near = self._nearly_fitted(fit) if added.unknowns else None
-            solution = fit.solve(near[0] if near else None) if added.unknowns else self.baseline
+            fit, solution = self._with_effects(fit) if added.unknowns else (fit, self.baseline)
             return cg_result(fit, solution, self.vehicle, self.findings)
         except RefusedFitError as error:
             exact = replace(self.vehicle, std={})
             raise unpublished(error, lambda solution: cg_result(fit, solution, exact, self.findings)) from None
+
+    def _with_effects(self, fit: LoadFit) -> tuple[LoadFit, Solution]:
+        """The fit with its effects, and its solution.
+
+        Tires that the fit without effects holds at usual values are free, if they are plausible beside the effects.
+        """
+        tires = {n: self.vehicle.nuisances[n] for n in (*SLIP, COMPLIANCE) if n in fit.nuisances}
+        free = replace(fit, nuisances={**fit.nuisances, **tires})
+        if free.nuisances != fit.nuisances and (near := self._nearly_fitted(free)):
+            with suppress(ResultError):
+                solution = free.solve(near[0])
+                if not _implausible_tires(free, solution):
+                    return free, solution
+        near = self._nearly_fitted(fit)
+        return fit, fit.solve(near[0] if near else None)
 
 
 def _misfit(solution: Solution) -> float:
