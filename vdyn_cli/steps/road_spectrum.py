@@ -27,7 +27,11 @@ def slope_correlation(knots: Array, spectrum: int) -> Array:
     ----------
     knots : (m,) m. spectrum : index in SPECTRA.
     """
-    apart = np.abs(knots[:, None] - knots[None, :])
+    return correlation_at(np.abs(knots[:, None] - knots[None, :]), spectrum)
+
+
+def correlation_at(apart: Array, spectrum: int) -> Array:
+    """Correlation of the slopes at two places, of the shape of their distances ``apart``, m."""
     correlation = np.zeros_like(apart)
     for share, length, smooth in SPECTRA[spectrum]:
         far = np.sqrt(3.0) * apart / length

@@ -18,6 +18,7 @@ from vdyn_cli.quantities.result import FitSummary, Result
 from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.coastdown.fit.road_load_fit import fit_road_load
 from vdyn_cli.steps.coastdown.result import with_answers
+from vdyn_cli.steps.coastdown.road.shared_road import RoadLayout
 from vdyn_cli.steps.road_spectrum import SPECTRA, slope_correlation
 
 SHORT = messy_day.Day(upper=25.0, lower=5.0)
@@ -107,6 +108,17 @@ def test_a_road_beside_effects_is_level_on_average() -> None:
     for profile in np.unique(layout.profile):
         assert np.abs(layout.factor[layout.profile == profile].mean(axis=0)).max() < 1e-9
     assert np.mean(np.sum(layout.factor**2, axis=1)) == pytest.approx(1.0, abs=0.1)
+
+
+def test_directions_whose_overlap_is_unknown_share_the_longer_waves_of_the_road() -> None:
+    knots, profile = np.tile(np.linspace(0.0, 2000.0, 48), 2), np.repeat([0, 1], 48)
+    layout = RoadLayout(knots, profile, (), (), (), spectrum=3, turns=((1800.0, 0.45), (2000.0, 0.45)))
+    correlation = layout.factor @ layout.factor.T
+    mirrored = correlation[:48, 48:][:, ::-1]  # over the same place if the starts are 2 km apart
+    assert np.all(np.diag(mirrored) < -0.6)  # half at no distance, half at 200 m of waves of 300 m
+    assert np.all(np.diag(mirrored) > -0.9)
+    odd = np.where(profile == 0, 1.0, -1.0)  # the slope that another effect describes
+    assert np.abs(odd @ replace(layout, level=True).factor).max() < 1e-9
 
 
 def test_a_published_slope_is_the_mean_slope_of_an_undulating_road() -> None:

@@ -209,8 +209,13 @@ class CoastdownPolicy:
     had 34 to 2200."""
 
     roads_apart: float = 10.0
-    """[likelihood ratio] above which the two directions have different roads. Jeffreys, Theory of Probability, 1961,
-    calls it "strong" evidence."""
+    """[likelihood ratio] at which different roads of the two directions are as probable as one road. Jeffreys, Theory
+    of Probability, 1961, calls it "strong" evidence; a test road is usually driven to and fro."""
+
+    turn_shown: float = 0.95
+    """[probability] of a distance between the starts of both directions above which it is taken as known. The
+    conventional 95 %. On clean days of split times, whose most likely distance had less, it was off by 100 m in the
+    median and by 1.7 km at most."""
 
     elevation_shown: float = 3.0
     """[standard errors] from zero, beyond which the share of a logged elevation in the decelerations is used. With

@@ -42,6 +42,7 @@ class Campaign:
     roughness : stated lower bound of the standard deviation of the road's slope; None where nothing is stated.
     shown_roughness : standard deviation of the slope that changes sign with the heading (road_search.located).
     turn : m, between the starts of both directions over the same road, if found (shared_road.road_layout).
+    turns : where not found, such distances that are possible, m, each with its probability.
     spectrum : index of the road's spectrum in road_spectrum.SPECTRA.
     shifts : m, by which each run began farther along than assumed, where position is not logged.
     zero_mean_slope : the shared road has a mean slope of zero, because an effect describes the mean slope.
@@ -62,6 +63,7 @@ class Campaign:
     zero_mean_slope: bool = False
     shown_roughness: float | None = None
     turn: float | None = None
+    turns: tuple[tuple[float, float], ...] = ()
     spectrum: int = 0
     shifts: tuple[float, ...] = ()
     flat_road: bool = False
@@ -79,7 +81,8 @@ class Campaign:
             return None
         if all(isinstance(r.inputs["grade"], np.ndarray) for r in self.runs):
             return None
-        layout = replace(road_layout(self.runs, self.turn, self.spectrum), level=self.zero_mean_slope)
+        layout = road_layout(self.runs, self.turn, self.spectrum)
+        layout = replace(layout, level=self.zero_mean_slope, turns=self.turns)
         for run, shift in enumerate(self.shifts):
             layout = layout.moved(run, shift)
         return layout

@@ -33,6 +33,8 @@ PLACE = 30.0  # m, standard deviation between places at which runs of one direct
 SHIFT_STEP = 10.0  # m over which the change of slope is differenced: half the distance of the road's knots
 HATS, POWERS = 24, 4  # hat functions of a free resistance, one every 60 m or more; powers of a cubic, for a wind
 ANY_FORCE = 0.02  # of the weight: prior standard deviation of such forces, twice a car's rolling resistance
+NEARBY = 2  # steps of ``possible_turns`` to either side that are one distance, 4 % of it: refined afterwards
+NEVER = 1e-3  # probability of a distance that is left out
 REFINED, NEIGHBORS = (15.0, 5.0), 4  # m, grid steps of the distance between the starts, and steps to either side
 
 
@@ -50,8 +52,8 @@ def located(campaign: Campaign) -> LocatedCampaign:
     An error of the speed that lasts for seconds enters its noise where the runs show one.
 
     Where position is not logged, the distance between the starts of both directions is unknown, about the length of a
-    run; the most likely one is used. Where two independent roads are ``roads_apart`` times as likely, each direction
-    keeps a separate profile instead.
+    run; the most likely one is used if the runs show it. Else each direction keeps a profile, and both are correlated
+    as over all possible distances.
 
     Raises
     ------
@@ -155,14 +157,22 @@ def _with_spectrum(likelihood: _RoadLikelihood, campaign: Campaign, chosen: floa
 
 
 def _turned(likelihood: _RoadLikelihood, campaign: Campaign, scale: float) -> tuple[Campaign, float]:
-    """The campaign and its scale with both directions on one road, unless the runs contradict that."""
+    """The campaign and its scale with both directions on one road, as far as the runs show how they overlap.
+
+    Without positions, few rows or a smooth road leave many distances between both starts possible. The most likely one
+    would put the way back on a wrong road, which then looks like a slope, a headwind or a resistance.
+    """
     turns, expected = possible_turns(campaign.runs)
     at = (scale or 1.0,)
     turned = [replace(campaign, turn=float(turn)) for turn in turns]
     gain = likelihood(turned, at)[:, 0] - likelihood([campaign], at)[0, 0] + expected
     evidence, k = float(np.log(np.sum(np.exp(gain - gain.max()))) + gain.max()), int(np.argmax(gain))
-    if evidence < -np.log(COASTDOWN_POLICY.roads_apart):
-        return campaign, scale
+    chance = np.exp(gain - np.logaddexp(evidence, -np.log(COASTDOWN_POLICY.roads_apart)))
+    found = chance[max(k - NEARBY, 0) : k + NEARBY + 1].sum() >= COASTDOWN_POLICY.turn_shown
+    # A road that whole logs do not show is level enough for any distance; a few split times may not show a rough one.
+    if not found and (scale or campaign.intervals):
+        possible = zip(turns.tolist(), chance.tolist(), strict=True)
+        return _with_spectrum(likelihood, replace(campaign, turns=tuple(p for p in possible if p[1] > NEVER)))
     # The evidence averages over all distances, because the most likely of many also fits noise.
     return _with_spectrum(likelihood, turned[k], float(gain[k] - expected[k]) - evidence)
 

@@ -11,8 +11,9 @@ The mean slope is a separate candidate effect (road_grade). With it the random r
 (``level``); without it, as in the baseline, the mean slope is part of the random road.
 
 Places come from the logged position, else from the distance that each run has driven. In that case the runs of one
-direction share one profile, and the profile of the way back is the mirrored one of the way out unless the data
-contradict it (``turn``).
+direction share one profile. The profile of the way back is the mirrored one of the way out where the runs show how far
+the starts of both directions are apart (``turn``); else both are correlated as over all distances that are possible
+(``turns``).
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from vdyn_cli.inference import Unknown
 from vdyn_cli.inference.bins import Bins
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.fit.road_run import RoadRun
-from vdyn_cli.steps.road_spectrum import slope_correlation
+from vdyn_cli.steps.road_spectrum import correlation_at, slope_correlation
 
 KNOTS = 96  # of all profiles: 20 to 40 m apart, which a coasting car passes in one bin of 2 s
 VARIANCE_SHARE = 0.97  # of the slope's variance that its unknowns describe; the rest is short waves
@@ -51,7 +52,8 @@ class RoadLayout:
     knots : (m,) m, ascending within each profile. profile : (m,), label of the profile of each knot.
     along : for each run (n,) m, coordinate of its samples. owner : label of the profile of each run.
     sense : for each run, +1 where it climbs where the profile rises, else -1. spectrum : index in SPECTRA.
-    level : each profile has a mean slope of zero.
+    level : the profiles have a mean slope of zero; two that overlap, a mean slope that is the same both ways.
+    turns : of the two profiles, possible distances between their starts over the same road, m, with probabilities.
     """
 
     knots: Array
@@ -61,17 +63,23 @@ class RoadLayout:
     sense: tuple[float, ...]
     spectrum: int = 0
     level: bool = False
+    turns: tuple[tuple[float, float], ...] = ()
 
     @cached_property
     def factor(self) -> Array:
         """Factor (m, k) of the correlation of the slopes at the knots, without directions of negligible variance.
 
-        Profiles are independent of each other.
+        Profiles are independent of each other, except over the same road: with probability p of a distance T between
+        their starts, the correlation of slopes at x and y is -sum p r(T - x - y) where that within a profile is r(x-y).
         """
         same = self.profile[:, None] == self.profile[None, :]
         correlation = np.where(same, slope_correlation(self.knots, self.spectrum), 0.0)
+        sums = self.knots[:, None] + self.knots[None, :]
+        for turn, probability in self.turns:
+            correlation -= np.where(same, 0.0, probability * correlation_at(np.abs(turn - sums), self.spectrum))
         if self.level:
-            about_mean = np.eye(self.knots.size) - same / same.sum(axis=1)
+            alike = np.where(same, 1.0, -1.0 if self.turns else 0.0)
+            about_mean = np.eye(self.knots.size) - alike / np.abs(alike).sum(axis=1)
             correlation = about_mean @ correlation @ about_mean
             correlation *= self.knots.size / np.trace(correlation)
         values, axes = np.linalg.eigh(correlation)
