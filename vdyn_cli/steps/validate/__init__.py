@@ -34,8 +34,9 @@ states the error of the speed at the end of each; ``powered`` uses only windows 
 since the brakes are released then. Where a drive of more than 100 s is missed as a whole, though the car follows its
 torque, and no candidate effect gives a result, powered windows of 20 s answer instead, with both errors stated.
 
-Inputs: drive torque (or left and right), brake torque, grade, wind; unrecorded ones are zero. They must have no gaps;
-outputs may have gaps. Publishes no parameters.
+Inputs: drive torque (or left and right), brake torque, grade, wind; unrecorded ones are zero. With ``road_load``, a
+drive is simulated between their gaps; the vehicle model needs them without gaps. Outputs may have gaps. Publishes no
+parameters.
 
 Assumes straight driving, gusts along the road, sensors with white noise, a zero and a gain.
 Sources: SAE 2017-01-1574 for model and drives; JCGM 100:2008 for the propagation; Patterson and Thompson, Biometrika 58
