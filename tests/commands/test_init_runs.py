@@ -276,6 +276,15 @@ def test_an_idling_engine_s_throttle_and_gear_changes_show_no_drive(tmp_path: Pa
     assert len(draft("coastdown", log)[1]["runs"]) == 4
 
 
+@pytest.mark.parametrize("drift", [0.0, 0.1])
+def test_the_noise_and_drift_of_a_brake_that_is_never_applied_show_no_drive(drift: float, tmp_path: Path) -> None:
+    speed, _ = stop_and_go()
+    time = np.arange(speed.size) / 4.0
+    pressure = drift * time / time[-1] + 0.02 * np.random.default_rng(1).standard_normal(time.size)
+    log = table(tmp_path / "all.csv", time_s=time, speed_mpers=speed, **{"Brake Pressure_bar": pressure})
+    assert len(draft("coastdown", log)[1]["runs"]) == 4
+
+
 def test_a_log_with_driven_parts_only_is_said_to_be_no_coast_down(tmp_path: Path) -> None:
     speed, driven = stop_and_go()
     pedal = 20.0 * (driven | (speed > 1.0))

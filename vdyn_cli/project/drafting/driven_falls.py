@@ -12,7 +12,7 @@ import numpy as np
 from vdyn_cli.io.channel_survey import ChannelFacts, recorded_channels
 from vdyn_cli.io.one_recording import one_recording
 from vdyn_cli.project.drafting.channel_guess import Words, without_unit
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Mask, median_deviation
 from vdyn_cli.quantities.quantity import UnitError, to_si
 
 _MAIN = (0.3, 0.85)  # of a fall's highest speed: between the steady speed before it and the stop after it
@@ -20,6 +20,8 @@ _MOSTLY = 0.5  # share of the samples of the main part in which a signal is on; 
 _PRESSED = 0.1  # of a pedal's or a brake's range, above its released value
 _RELEASED = 0.05  # quantile of a pedal's or a brake's values that is its released value
 _AT_REST = 0.5  # m/s, below which an engine idles: its throttle is then 10 to 17 % open, as in a coast-down
+_OVER_NOISE = 5.0  # standard deviations of noise between two samples, above the released value: noise alone has fewer
+_ACTION = 2.0  # s, in which a driver changes a pedal or a brake by half of its range somewhere in a log; drift does not
 _NEUTRAL = 0.05  # share of the moving samples without a gear, above which these are not only gear changes
 _TURNS = 300.0  # rpm at rest, above which a rotational speed is that of an engine, not of an electric motor
 _ABOVE_IDLE = 1.3  # of the idle speed: an engine that drags the car; idling while the car rolls is 10 to 20 % faster
@@ -126,7 +128,7 @@ def _driving(name: str, time: Array, values: Array, speed: Array) -> tuple[str, 
         released = float(np.quantile(values, _RELEASED))
         if _is_pedal(words) and (speed < _AT_REST).any():
             released = max(released, float(np.median(values[speed < _AT_REST])))
-        on = values > released + _PRESSED * (values.max() - released)
+        on = _above(time, values, released)
         return "the pedal is pressed" if _is_pedal(words) else "the brake is applied", time, on.astype(float)
     if _is_gear(words):
         moving = values[speed > _AT_REST]  # a gear that is 0 only at rest may be reverse or unknown
@@ -136,6 +138,19 @@ def _driving(name: str, time: Array, values: Array, speed: Array) -> tuple[str, 
     idle = float(np.median(rest)) if rest.size else math.nan
     on = (values > _ABOVE_IDLE * idle) & (idle > _TURNS)
     return "the engine turns faster than at rest", time, on.astype(float)
+
+
+def _above(time: Array, values: Array, released: float) -> Mask:
+    """Where a pedal or a brake is above its released value; nowhere if the values show only noise and drift.
+
+    A brake that is never applied leaves the noise of its sensor, a tenth of whose range is exceeded half of the time.
+    """
+    noise = _OVER_NOISE * median_deviation(np.diff(values)) / 2**0.5
+    reached = values.max() - released
+    change = float(np.max(np.abs(np.interp(time + _ACTION, time, values) - values)))
+    if change - noise < 0.5 * reached:
+        return np.zeros(values.size, dtype=bool)
+    return np.asarray(values > released + max(_PRESSED * reached, noise))
 
 
 def _signal_on(states: Sequence[tuple[str, str, Array, Array]], time: Array) -> str:
