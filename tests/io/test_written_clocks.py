@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -148,13 +148,26 @@ def test_a_minute_is_an_instant_behind_a_date_or_before_am_and_pm(cell: str, sin
         assert written_seconds(np.array([cell], dtype=object))[0] % 86400.0 == since_midnight
 
 
-def test_a_table_with_date_minute_and_compass_columns_is_a_table(tmp_path: Path) -> None:
-    """A weather station's export: half of its columns are text."""
+@pytest.mark.parametrize("form", ["%H:%M", "%H:%M:%S", "%I:%M%p", "%I:%M:%S %p"])
+@pytest.mark.parametrize("names", ["Date\tTime", "Time\tDate"])
+def test_separate_columns_of_dates_and_times_are_one_instant(tmp_path: Path, form: str, names: str) -> None:
+    """A weather station's export over midnight, with its wind as points of the compass."""
     path = tmp_path / "station.txt"
-    lines = [f"17.09.25\t9:{m:02d}\t{21 + 0.1 * m:.1f}\tENE" for m in range(40)]
-    path.write_text("\n".join(["Date\tTime\tTemp Out\tWind Dir", *lines]) + "\n")
-    found = {one.column: one.state for one in survey(path)}
-    assert found == {"Date": "text", "Time": "text", "Temp Out": "varies", "Wind Dir": "text"}
+    begin = datetime(2025, 9, 17, 23, 45, tzinfo=UTC)
+    moments = [begin + timedelta(minutes=m) for m in range(40)]
+    cells = [(f"{at:%d.%m.%y}", f"{at:{form}}".replace("AM", "a").replace("PM", "p")) for at in moments]
+    order = slice(None, None, 1 if names.startswith("Date") else -1)
+    lines = ["\t".join((*at[order], f"{21 + 0.1 * m:.1f}", "ENE" if m else "---")) for m, at in enumerate(cells)]
+    path.write_text("\n".join([f"{names}\tTemp Out\tWind Dir", *lines]) + "\n")
+    found = {one.column: one for one in survey(path)}
+    assert found["Time"].state == "clock"
+    assert found["Time"].info.begin == begin.timestamp()
+    assert found["Time"].info.span == (0.0, 39 * 60.0)
+    assert found["Date"].state == "text"
+    wind = found["Wind Dir"]
+    assert (wind.state, wind.samples, wind.lowest, wind.info.unit) == ("constant", 39, 67.5, "deg")
+    log = read_log(path, {"time": Column("Time", "s", "s"), "temperature": Column("Temp Out", "degC", "K")})
+    assert log.time == pytest.approx(60.0 * np.arange(40))
 
 
 @pytest.mark.parametrize("names", [("Time [s]", "Time [s]"), ("t_VehSpd [s]", "t_Gear [s]"), ("Time84", "TimeVBOX")])

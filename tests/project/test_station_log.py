@@ -18,6 +18,7 @@ from vdyn_cli.io.clocks.written_times import time_between
 from vdyn_cli.project.drafting.description_draft import draft_description
 from vdyn_cli.project.drafting.station_log import is_station
 from vdyn_cli.project.inputs import gather
+from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps import load_step
 from vdyn_cli.steps.coastdown.campaign_checks.regulation_limits import TestDay, regulation_limits
@@ -84,6 +85,33 @@ def test_units_at_the_end_of_names_are_read(tmp_path: Path) -> None:
     assert data["environment"]["temperature"].startswith("20.0 +-")
     assert data["environment"]["pressure"].startswith("100.21 +-")
     assert data["runs"][0]["wind_speed"] == "1.25 m/s"
+
+
+@pytest.mark.parametrize("units", ["", "\t\t°C\t%\tkm/h\t\thPa\n"])
+def test_a_station_without_units_asks_for_them(tmp_path: Path, units: str) -> None:
+    """An export with the date beside minutes, and the wind by points of the compass."""
+    lines = [
+        f"{MORNING + timedelta(minutes=k):%d.%m.%y\t%H:%M}\t20.0\t46\t{9.0 + k % 2}\tE\t1002.1\n" for k in range(-5, 30)
+    ]
+    head = "Date\tTime\tTemp Out\tOut Hum\tWind Speed\tWind Dir\tBar\n"
+    (tmp_path / "davis.txt").write_text(head + units + "".join(lines), encoding="utf-8")
+    text, data = drafted(tmp_path, *coasts(tmp_path), tmp_path / "davis.txt")
+    air = data["environment"]
+    if units:
+        assert (air["temperature"], air["humidity"]) == ("20.0 +- 0.1 degC", "46 +- 1 %")
+        assert data["runs"][0]["wind_speed"] == "1.32 m/s"
+        return
+    assert (air["temperature"], air["pressure"], air["humidity"]) == (
+        "20.0 +- 0.1 ?",
+        "1002.10 +- 0.01 ?",
+        "46.0 +- 0.1 ?",
+    )
+    assert data["runs"][0]["wind_speed"] == "4.75 ?"
+    assert "'Bar' of davis.txt during the runs; check that it is not reduced to sea level" in text
+    path = tmp_path / "coast.yaml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=r"'environment\.temperature' is not decided"):
+        gather(load_step("coastdown"), path)
 
 
 @pytest.mark.parametrize(

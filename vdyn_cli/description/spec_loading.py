@@ -15,7 +15,7 @@ from vdyn_cli.description.yaml_source import Location, YamlSource, load_yaml
 from vdyn_cli.quantities.errors import Finding, InputError, close_names
 
 S = TypeVar("S", bound=BaseModel)
-MARK = "?"  # written by 'vdyn init' for a value that the user must decide
+MARK = "?"  # written by 'vdyn init' for a value, or the unit behind a number, that the user must decide
 _KEYS = "write keys with values, such as 'test: coastdown', at the left margin"
 MOST_ROUNDS = 5  # of removing wrong keys: validation checks a whole only after all its parts are valid
 
@@ -169,7 +169,7 @@ def _located(
 
 def _marked(data: Any, at: Location = ()) -> Iterator[Location]:
     """Locations of the mark of ``vdyn init``; for a channel's column or unit, the location of the channel."""
-    if data == MARK:
+    if data == MARK or (isinstance(data, str) and data.endswith(f" {MARK}")):
         yield at[:-1] if at[-1] in ("column", "unit") else at
     for part, value in data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ():
         yield from _marked(value, (*at, part))
@@ -177,7 +177,7 @@ def _marked(data: Any, at: Location = ()) -> Iterator[Location]:
 
 def _undecided(at: Location, source: YamlSource) -> Finding:
     what = f"'{'.'.join(map(str, at))}' is not decided: it still has the \"{MARK}\" from 'vdyn init'"
-    remedy = f'write the value in place of "{MARK}", or remove the line if the test has no such value'
+    remedy = f'write the value (behind a number, its unit) in place of "{MARK}", or remove the line if there is none'
     return Finding(source.where(at), what, remedy=remedy)
 
 

@@ -24,14 +24,15 @@ _PLACE = r"[A-Z][A-Za-z]+(?:/[A-Z][A-Za-z_]+)+"  # Europe/Berlin
 # Z, CEST, UTC+2, +02:00, +02:00[Europe/Berlin]
 _ZONE = rf"\s*(?:Z|(?:[A-Z]{{3,5}})?(?:[+-]\d{{1,2}}(?::?\d{{2}})?)?(?:\[{_PLACE}\])?|{_PLACE})"
 _BLANK = r"(?:\s|\u202f|\xe2\x80\xaf)*"  # also the narrow blank before AM and PM, as cells in Latin-1 show it
+_HALF = r"[AaPp](?:\.?\s?[Mm]\.?)?(?![A-Za-z])"  # AM, p.m., a; no zone such as AEST
 _DATE = (
     r"\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4}|\d{1,2}[- ][^\d\s:;,-]{3,12}[- ]\d{2,4}|\d+ days?"
 )
 # Without seconds only after a date or before AM or PM: 10:23 alone may be minutes and seconds.
 _INSTANT = re.compile(
     rf"(?:({_DATE})(?:,?[ T]+|[-_]))?"
-    r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,:]\d+)?)|(?=\s*[AaPp]\.?\s?[Mm])|(?<=[ T]\d:\d{2})|(?<=[ T]\d{2}:\d{2}))"
-    rf"{_BLANK}([AaPp]\.?\s?[Mm]\.?)?" + _ZONE
+    rf"(\d{{1,2}}):(\d{{2}})(?::(\d{{2}}(?:[.,:]\d+)?)|(?=\s*{_HALF})|(?<=[ T]\d:\d{{2}})|(?<=[ T]\d{{2}}:\d{{2}}))"
+    rf"{_BLANK}({_HALF})?" + _ZONE
 )
 # Tue Mar 04 09:12:05 GMT+01:00 2025, as programs in Java and C write it
 _YEAR_LAST = re.compile(
@@ -51,6 +52,7 @@ _COMPACT = re.compile(
 _MINUTES = re.compile(r"(\d{1,4}):([0-5]?\d[.,]\d+)")  # minutes and fractional seconds; hours:minutes has no fraction
 _START = re.compile(r"begin|(?<![a-z])(start|recorded|d.{1,2}but|inicio|inizio)", re.IGNORECASE)
 _IN_DIGITS = re.compile("hhmmss", re.IGNORECASE)  # in a column's name
+_DAY_ALONE = re.compile(_DATE)
 _DAY_OR_MINUTE = re.compile(rf"{_DATE}|\d{{1,2}}:\d{{2}}")
 
 FORMS = (
@@ -76,6 +78,11 @@ def stated_start(lines: Sequence[str]) -> float:
     found = (_INSTANT.search(word.string, word.end()) for word in words if word)
     starts = {float(written_seconds(np.array([one[0]], dtype=object))[0]) for one in found if one}
     return starts.pop() if len(starts) == 1 else math.nan
+
+
+def is_day(cell: str) -> bool:
+    """Whether a cell is only a date, as in a column of dates beside one of times of day."""
+    return len(cell) <= _LONGEST_TIME and _DAY_ALONE.fullmatch(cell.strip()) is not None
 
 
 def is_day_or_minute(cell: str) -> bool:
@@ -104,7 +111,7 @@ def written_seconds(cells: NDArray[np.object_]) -> Array:
     hours, minutes = (pd.to_numeric(parts[i], errors="coerce").to_numpy(float) for i in (1, 2))
     seconds = pd.to_numeric(parts[3].str.replace("[,:]", ".", regex=True), errors="coerce").fillna(0.0).to_numpy(float)
     half = parts[4].str.lower().str.replace(r"[\s.]", "", regex=True)
-    hours = np.where(half.notna(), hours % 12 + 12 * (half == "pm"), hours)
+    hours = np.where(half.notna(), hours % 12 + 12 * half.isin(["p", "pm"]), hours)
     counted: Array = _days(parts[0]) * _DAY + 3600.0 * hours + 60.0 * minutes + seconds
     if np.isnan(counted).any():
         short = text.str.extract(f"^{_MINUTES.pattern}$")

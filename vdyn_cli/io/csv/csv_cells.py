@@ -33,6 +33,8 @@ _WHOLE_GROUPS = {  # in a file with the other mark as the decimal one: 12,345
 }
 _BEFORE_UNIT = re.compile(r"([+-]?\d[\d.,]*(?:[eE][+-]?\d+)?)\s*([^\W\d_][^\s,;]*|[%°][^\s,;]*)")
 _SIGN_APART = re.compile(r"(?<=^[+-])\s+")  # + 0.51, as strip-chart recorders write it
+_POINTS = "N NNE NE ENE E ESE SE SSE S SSW SW WSW W WNW NW NNW"
+COMPASS = {point: 22.5 * k for k, point in enumerate(_POINTS.split())}  # deg from north
 _TRUTH = {"true": 1.0, "false": 0.0}
 
 

@@ -99,8 +99,10 @@ def _unit_findings(layout: Layout, at: int, channel: str, column: Column, name: 
 def unit_in_header(layout: Layout, at: int) -> str:
     """The unit that the file states for column ``at``, in its units row or in brackets; empty if it states none.
 
-    The unit of times of day is s.
+    The unit of times of day is s, that of points of the compass deg.
     """
     if at in layout.instants or at in layout.nanoseconds:
         return "s"
+    if at in layout.compass:
+        return "deg"
     return stated_unit(layout.header[at], layout.units[at] if layout.units else "") or layout.behind.get(at, "")

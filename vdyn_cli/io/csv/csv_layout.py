@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
-from vdyn_cli.io.clocks.written_times import is_instant, stated_start
-from vdyn_cli.io.csv.csv_cells import decimal_mark, is_written, may_be_thousands, tidy
+from vdyn_cli.io.clocks.written_times import is_day, is_instant, stated_start
+from vdyn_cli.io.csv.csv_cells import COMPASS, decimal_mark, is_written, may_be_thousands, tidy
 from vdyn_cli.io.csv.csv_table import (
     EXAMINED_ROWS,
     MOST_SCORE,
@@ -39,6 +39,7 @@ _DELIMITERS = (";", "\t", ",", "|", " ")
 _OF_NO_LINE = ","  # delimiter of a file of one column
 _MILLISECONDS = re.compile(r"\W*(ms|msecs?|millis|milliseconds?)\W*", re.IGNORECASE)
 _MARKS = "comma, semicolon, tab, bar or blank"
+_DIRECTION = re.compile(r"\bdir|wind|heading|bearing|richtung", re.IGNORECASE)
 _STAMP = re.compile(r"(.*?)(?:sec|secs|seconds)\n\1(?:nanosec|nsec|nsecs|nanoseconds)")  # names of two columns
 _STAMPED = re.compile(r"1\d{9}\n\d{1,9}")  # cells of two columns: seconds since 1970 and nanoseconds
 _STATED = re.compile(r'"?sep=([^"\r\n])"?[;,\t]*\s*', re.IGNORECASE)  # first line of a file for Excel
@@ -49,9 +50,10 @@ _NAMED = {"tab": "\t", "\\t": "\t", "space": " ", "blank": " ", "comma": ",", "s
 class Layout:
     """Layout of a text log; ``decimal`` is empty if the head of the file has only whole numbers.
 
-    ``instants``: indices of columns of times of day, with or without date; ``milliseconds``: index of such a column to
-    that of the column with its milliseconds. ``nanoseconds``: the same for columns of seconds. ``behind``: index of
-    each column of cells such as ``35 km/h`` to the unit in them. ``sources``: texts of a
+    ``instants``: indices of columns of times of day, with or without date; ``dates`` and ``milliseconds``: index of
+    such a column to that of the column with its date or its milliseconds. ``nanoseconds``: the same for columns of
+    seconds. ``behind``: index of each column of cells such as ``35 km/h`` to the unit in them; ``compass``: indices of
+    columns of points of the compass, such as NNE, which count as degrees. ``sources``: texts of a
     row below the header that are not units, such as the devices; as long as the header, or empty. ``start``: of the
     recording, as the lines above the header state it (``stated_start``); NaN if they do not.
     """
@@ -64,9 +66,11 @@ class Layout:
     first_line: int  # of the numbers, counted from 1
     offset: int  # byte at which the numbers begin
     instants: frozenset[int] = frozenset()
+    dates: Mapping[int, int] = field(default_factory=dict)
     milliseconds: Mapping[int, int] = field(default_factory=dict)
     nanoseconds: Mapping[int, int] = field(default_factory=dict)
     behind: Mapping[int, str] = field(default_factory=dict)
+    compass: frozenset[int] = frozenset()
     sources: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()
     start: float = math.nan
@@ -146,11 +150,25 @@ def _delimiters(options: ReadOptions, lines: Sequence[str], name: str) -> list[s
     return [given]
 
 
-def _instants(table: CsvTable) -> frozenset[int]:
-    """The columns in which most of the first cells are times of day."""
-    first = [record.fields for record in table.numbers[:30]]
-    columns = range(len(table.header))
-    return frozenset(i for i in columns if 2 * sum(i < len(f) and is_instant(f[i]) for f in first) > len(first))
+def _instants(table: CsvTable) -> tuple[frozenset[int], dict[int, int]]:
+    """The columns in which most of the first cells are times of day, and the columns of dates of those without one.
+
+    Hours and minutes alone are a time of day only beside a date.
+    """
+    rows = [record.fields for record in table.numbers[:30]]
+    columns = [[row[i].strip() if i < len(row) else "" for row in rows] for i in range(len(table.header))]
+
+    def mostly(cells: Iterable[str], test: Callable[[str], bool]) -> bool:
+        return 2 * sum(map(test, cells)) > len(rows)
+
+    days = [i for i, cells in enumerate(columns) if mostly(cells, is_day)]
+    dates: dict[int, int] = {}
+    for i, cells in enumerate(columns):
+        if days and i not in days:
+            day = min(days, key=lambda day: abs(day - i))
+            if mostly(map(" ".join, zip(columns[day], cells, strict=True)), is_instant):
+                dates[i] = day
+    return frozenset(dates) | {i for i, cells in enumerate(columns) if mostly(cells, is_instant)}, dates
 
 
 def _units_behind(table: CsvTable) -> dict[int, str]:
@@ -164,6 +182,16 @@ def _units_behind(table: CsvTable) -> dict[int, str]:
     return found
 
 
+def _compass(table: CsvTable) -> frozenset[int]:
+    """The columns of directions in which all of the first written cells are points of the compass.
+
+    The letters alone do not suffice: N is also a gear, and E the hemisphere of a longitude.
+    """
+    named = [i for i, name in enumerate(table.header) if _DIRECTION.search(name)]
+    cells = {i: [r.fields[i].strip() for r in table.numbers[:30] if i < len(r.fields)] for i in named}
+    return frozenset(i for i in named if (some := [*filter(is_written, cells[i])]) and set(some) <= COMPASS.keys())
+
+
 def _layout(table: CsvTable, lengths: Sequence[int], options: ReadOptions, name: str) -> Layout:
     first = table.numbers[0].line
     units, skipped = _units_row(table)
@@ -172,7 +200,7 @@ def _layout(table: CsvTable, lengths: Sequence[int], options: ReadOptions, name:
         for r in skipped[:3]
     )
     sources = next((tuple(r.fields) for r in skipped if len(r.fields) == len(table.header)), ())
-    instants = _instants(table)
+    instants, dates = _instants(table)
     return Layout(
         table.delimiter,
         options.decimal or _decimal(table),
@@ -182,9 +210,11 @@ def _layout(table: CsvTable, lengths: Sequence[int], options: ReadOptions, name:
         first,
         sum(lengths[: first - 1]),
         instants,
+        dates,
         {i: i + 1 for i in instants if _MILLISECONDS.fullmatch("".join(table.header[i + 1 : i + 2]))},
         _nanoseconds(table),
         _units_behind(table),
+        _compass(table),
         sources,
         skipped_rows,
     )

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.io.clocks.written_times import since_first, written_seconds
-from vdyn_cli.io.csv.csv_cells import LONGEST_NUMBER, NOT_WRITTEN, is_written, number_of
+from vdyn_cli.io.csv.csv_cells import COMPASS, LONGEST_NUMBER, NOT_WRITTEN, is_written, number_of
 from vdyn_cli.io.csv.csv_layout import Layout
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -190,21 +190,23 @@ def _parse(
     """One block as numbers, its bad cells, and the number of cells with thousands separators."""
     extra = len(layout.header)  # a field beyond the last column, to detect rows that are too long
     times = [p for p in positions if p in layout.instants]
-    measured = [p for p in positions if p in layout.behind]
-    numbers = [p for p in positions if p not in layout.instants and p not in layout.behind]
+    measured = [p for p in positions if p in layout.behind or p in layout.compass]
+    numbers = [p for p in positions if p not in layout.instants and p not in measured]
     columns: dict[int, Array] = {}
     bad: list[BadCell] = []
     grouped = 0
     with_units = _frame(text, layout, measured, np.object_, where) if measured else {}
     for position, cells in with_units.items():
-        bare = np.array([_without_unit(cell, layout.behind[position]) for cell in cells], dtype=object)
+        bare = np.array([_plain(cell, layout.behind.get(position, "")) for cell in cells], dtype=object)
         columns[position], wrong, n = _converted(bare, layout.decimal)
         bad += [BadCell(i, position, _shown(cells[i], encoding)) for i in wrong]
         grouped += n
-    beside = [layout.milliseconds[p] for p in times if p in layout.milliseconds]
+    beside = [of[p] for of in (layout.dates, layout.milliseconds) for p in times if p in of]
     written = _frame(text, layout, [*times, *beside], np.object_, where) if times else {}
     for position in times:
         cells = written[position]
+        if position in layout.dates:
+            cells = _dated(written[layout.dates[position]], cells)
         columns[position] = written_seconds(cells)
         if position in layout.milliseconds:
             milliseconds = _converted(written[layout.milliseconds[position]], layout.decimal)[0]
@@ -273,8 +275,18 @@ def _frame(text: bytes, layout: Layout, positions: Sequence[int], dtype: type[T]
     return {p: frame[p].to_numpy()[1:] for p in positions}
 
 
-def _without_unit(cell: object, unit: str) -> object:
-    return cell.strip().removesuffix(unit) if isinstance(cell, str) else cell
+def _dated(days: NDArray[np.object_], times: NDArray[np.object_]) -> NDArray[np.object_]:
+    """Cells (n,) of dates and of times of day as one text each; None where one of them is empty."""
+    both = zip(days, times, strict=True)
+    return np.array([f"{d.strip()} {t.strip()}" if _holds(d) and _holds(t) else None for d, t in both], dtype=object)
+
+
+def _plain(cell: object, unit: str) -> object:
+    """A cell without its unit, and the degrees of a point of the compass as text; other objects unchanged."""
+    if not isinstance(cell, str):
+        return cell
+    bare = cell.strip()
+    return bare.removesuffix(unit) if unit else f"{COMPASS[bare]:g}" if bare in COMPASS else bare
 
 
 def _holds(cell: object) -> bool:

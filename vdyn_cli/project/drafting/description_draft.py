@@ -284,5 +284,5 @@ def _pendulum(
 def _marked(text: str) -> list[str]:
     """Marked keys outside the channels; those of the runs once."""
     lines = [line.strip() for line in text.splitlines() if "column" not in line]
-    found = [(line, mark[1]) for line in lines if (mark := re.search(r'(\w+): "\?"', line))]
+    found = [(line, mark[1]) for line in lines if (mark := re.search(r'(\w+): "(?:[^"]* )?\?"', line))]
     return list(dict.fromkeys(f"{key} of each run" if line.startswith("- {") else key for line, key in found))

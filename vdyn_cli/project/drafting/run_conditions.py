@@ -129,14 +129,23 @@ def _air(station: StationLog, name: str, span: tuple[float, float] | None) -> st
     if found is None:
         return ""
     unit, si_unit, digits = _AIR[name]
-    mean = from_si(found[0], unit, si_unit)
-    spread = from_si(found[0] + found[1], unit, si_unit) - mean
-    least = 10.0**-digits
     column = station.columns[name]
+    mean, spread = found
+    if name in station.unstated:
+        digits = max(digits, 1)
+    else:
+        mean, spread = (
+            from_si(found[0], unit, si_unit),
+            from_si(sum(found), unit, si_unit) - from_si(found[0], unit, si_unit),
+        )
+    least = 10.0**-digits
     comment = f"mean of '{column}' of {station.name}" + (" during the runs" if span else ", whole file")
+    value = f"{mean:.{digits}f} +- {max(spread, least):.{digits}f}"
     if re.match(REDUCED, column, re.IGNORECASE):
         comment += "; check that it is not reduced to sea level"
-    return f"{mean:.{digits}f} +- {max(spread, least):.{digits}f} {unit}  # {comment}"
+    if name in station.unstated:
+        return f'"{value} ?"  # {comment}; the file states no unit: write it for the ?'
+    return f"{value} {unit}  # {comment}"
 
 
 def _add_temperatures(
@@ -144,7 +153,12 @@ def _add_temperatures(
 ) -> None:
     means = [station.mean("temperature", span) for span in spans]
     values = [m[0] for m in means if m is not None]
-    if "temperature" in read and len(values) == len(keys) and max(values) - min(values) > _ALIKE:
+    if (
+        "temperature" in read
+        and "temperature" not in station.unstated
+        and len(values) == len(keys)
+        and max(values) - min(values) > _ALIKE
+    ):
         for own, value in zip(keys, values, strict=True):
             own.append(f"temperature: {from_si(value, 'degC', 'K'):.1f} degC")
 
@@ -162,14 +176,16 @@ def _add_winds(
     bearings = [way.bearing for way in ways if way.bearing is not None]
     if len(bearings) < len(keys):
         mean = station.mean("wind_speed", (spans[0][0], spans[-1][1]))
-        wind = "" if mean is None else f"mean wind {mean[0]:.1f} m/s; "
+        unit = "in its unit" if "wind_speed" in station.unstated else "m/s"
+        wind = "" if mean is None else f"mean wind {mean[0]:.1f} {unit}; "
         lack = f"{len(keys) - len(bearings)} of {len(keys)} logs have no heading"
         unknown = f"its direction along the road is unknown, since {lack}"
         return f"{station.name}: {wind}{unknown}; log the heading, or state wind_speed of each run"
     winds = [station.wind(bearing, span) for bearing, span in zip(bearings, spans, strict=True)]
+    template = '{}: "{:.2f} ?"' if "wind_speed" in station.unstated else "{}: {:.2f} m/s"
     for own, one in zip(keys, winds, strict=True):
         if one is not None:
-            own += [f"wind_speed: {one[0]:.2f} m/s", f"crosswind: {one[1]:.2f} m/s"]
+            own += [template.format("wind_speed", one[0]), template.format("crosswind", one[1])]
     if any(wind is None for wind in winds):
         return f"{station.name} states no wind speed and direction during some runs"
     return f"wind_speed (against the motion) and crosswind: means of {station.name} during each run"

@@ -17,14 +17,14 @@ from vdyn_cli.io.reader import ChannelInfo
 from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.quantity import UnitError, to_si
 
-REDUCED = r"baro\w*( pressure)?"  # a pressure that may be reduced to sea level
+REDUCED = r"bar(o\w*)?( pressure)?\b"  # a pressure that may be reduced to sea level
 _SECOND_CLOCK = 0.05  # relative difference of duration of a second clock of a log, which may be recorded more slowly
 # Names of a station's columns, preferred ones first: a pressure reduced to sea level and a direction from magnetic
 # north are used only without the other.
 _NAMES: Mapping[str, tuple[str, tuple[str, ...]]] = {
-    "temperature": ("K", (r"((air|outside|ambient|dry bulb) )?temp(erature)?s?( out(side)?)?", "(luft)?temperatur")),
+    "temperature": ("K", (r"((air|out(side)?|ambient|dry bulb) )?temp(erature)?s?( out(side)?)?", "(luft)?temperatur")),
     "pressure": ("Pa", (r"station p(ress(ure)?)?", r"((abs(olute)?|air) )?pressure", "luftdruck", REDUCED)),
-    "humidity": ("", (r"rel(ative)? hum(idity)?", "humidity", "rh")),
+    "humidity": ("", (r"rel(ative)? hum(idity)?", r"(out(side)? )?hum(idity)?", "rh")),
     "wind_speed": ("m/s", (r"((mean|average|avg) )?wind ?(speed|spd)", "windgeschwindigkeit")),
     "wind_direction": (
         "rad",
@@ -36,6 +36,7 @@ _NAMES: Mapping[str, tuple[str, tuple[str, ...]]] = {
         ),
     ),
 }
+_OF_WEATHER = frozenset({"humidity", "wind_speed", "wind_direction"})
 _OF_A_CAR = re.compile(
     r"(vehicle|gps|wheel|car|ground)?[ _]*(speed|velocity|spd|v)\b|engine|rpm|throttle", re.IGNORECASE
 )
@@ -50,15 +51,20 @@ class StationLog:
     name : of the file.
     time : (n,) s since 1970, or since midnight if the file states no date.
     columns : the file's name of each quantity. values : (n,) of each, SI; angles from north of the wind's origin.
+    unstated : quantities whose unit the file does not state, with values as they stand in the file.
     """
 
     name: str
     time: Array
     columns: Mapping[str, str]
     values: Mapping[str, Array]
+    unstated: frozenset[str] = frozenset()
 
     def mean(self, quantity: str, span: tuple[float, float] | None) -> tuple[float, float] | None:
-        """Mean and standard deviation of a quantity, SI, over a span (None: the whole log); None without values."""
+        """Mean and standard deviation of a quantity over a span (None: the whole log); None without values.
+
+        SI, or in the file's unknown unit.
+        """
         values = self.values.get(quantity)
         if values is None:
             return None
@@ -71,7 +77,8 @@ class StationLog:
         return first, first + length
 
     def wind(self, bearing: float, span: tuple[float, float]) -> tuple[float, float] | None:
-        """Mean wind against the motion (positive: headwind) and across it (absolute), m/s; None if unknown.
+        """Mean wind against the motion (positive: headwind) and across it (absolute), in m/s or the file's unknown
+        unit; None if unknown.
 
         mean of w cos(a - b) and |mean of w sin(a - b)|, with a the angle from north of the wind's origin, b the bearing
 
@@ -105,9 +112,14 @@ class StationLog:
 
 
 def is_station(facts: Sequence[ChannelFacts]) -> bool:
-    """Whether a log is that of a weather station: temperature with other air or wind data, and no channel of a car."""
+    """Whether a log is that of a weather station: temperature with other air or wind data, and no channel of a car.
+
+    Without units, one of the others is the humidity or the wind, since engines also have temperatures and pressures.
+    """
     found = _columns(facts)
-    return "temperature" in found and len(found) > 1 and not any(_OF_A_CAR.match(f.column) for f in facts)
+    others = found if all(_stated(q, f.info) for q, f in found.items()) else found.keys() & _OF_WEATHER
+    known = "temperature" in found and len({*others} - {"temperature"}) > 0
+    return known and not any(_OF_A_CAR.match(f.column) for f in facts)
 
 
 def station_log(path: Path, facts: Sequence[ChannelFacts]) -> StationLog | None:
@@ -115,16 +127,22 @@ def station_log(path: Path, facts: Sequence[ChannelFacts]) -> StationLog | None:
     begin = clock_zero(facts)
     if begin is None:
         return None
-    columns = _columns(facts)
+    columns = {q: f.column for q, f in _columns(facts).items()}
     names = {one: q for q, one in columns.items()}
+    unstated: set[str] = set()
     values: dict[str, Array] = {}
     time: Array = np.empty(0)
     for one in recordings(path):
         if one.time is not None and one.info.name in names and one.values is not None:
             quantity = names[one.info.name]
             time = one.time
-            values[quantity] = to_si(one.values, _unit(quantity, one.info), _NAMES[quantity][0])
-    return StationLog(path.name, time + begin, {q: c for q, c in columns.items() if q in values}, values)
+            values[quantity] = one.values
+            if _stated(quantity, one.info):
+                values[quantity] = to_si(one.values, _unit(quantity, one.info), _NAMES[quantity][0])
+            else:
+                unstated.add(quantity)
+    own = {q: c for q, c in columns.items() if q in values}
+    return StationLog(path.name, time + begin, own, values, frozenset(unstated))
 
 
 def clock_zero(facts: Sequence[ChannelFacts]) -> float | None:
@@ -158,11 +176,11 @@ def _since_1970(time: float) -> bool:
     return 9e8 <= time <= 4e9
 
 
-def _columns(facts: Sequence[ChannelFacts]) -> dict[str, str]:
+def _columns(facts: Sequence[ChannelFacts]) -> dict[str, ChannelFacts]:
     """The column of each quantity, by the most preferred of its names."""
-    found: dict[str, str] = {}
+    found: dict[str, ChannelFacts] = {}
     for quantity, (_, names) in _NAMES.items():
-        fitting = (f.column for name in names for f in facts if _fits(quantity, name, f))
+        fitting = (f for name in names for f in facts if _fits(quantity, name, f))
         if (column := next(fitting, None)) is not None:
             found[quantity] = column
     return found
@@ -173,10 +191,14 @@ def _fits(quantity: str, name: str, facts: ChannelFacts) -> bool:
     if facts.state not in ("varies", "constant") or not re.fullmatch(name, plain, re.IGNORECASE):
         return False
     try:
-        to_si(1.0, _unit(quantity, facts.info), _NAMES[quantity][0])
+        return not _stated(quantity, facts.info) or bool(to_si(1.0, _unit(quantity, facts.info), _NAMES[quantity][0]))
     except UnitError:
         return False
-    return bool(_name_and_unit(facts.info)[1]) or quantity == "wind_direction"
+
+
+def _stated(quantity: str, info: ChannelInfo) -> bool:
+    """Whether the unit is known; a direction without a unit is in degrees."""
+    return bool(_name_and_unit(info)[1]) or quantity == "wind_direction"
 
 
 def _unit(quantity: str, info: ChannelInfo) -> str:
