@@ -45,7 +45,7 @@ def test_a_unit_behind_the_numbers_is_compared_and_another_one_is_refused(tmp_pa
     path.write_text("t,v\n0,36 km/h\n1,35 km/h\n2,\n3,NODATA\n4,34.5 km/h\n", encoding="utf-8")
     columns = {"time": Column("t", "s", "s"), "speed": Column("v", "mph", "m/s")}
     said = [str(f) for f in read_log(path, columns).findings]
-    assert any("column 'v', behind its numbers: channel 'speed' is read in 'mph'" in one for one in said)
+    assert any("column 'v', unit after its numbers: channel 'speed' is read in 'mph'" in one for one in said)
     path.write_text("t,v\n0,36 km/h\n1,35 km/h\n2,21 mph\n3,33 km/h\n4,32 km/h\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"log.csv:4: text among the numbers of channel 'speed'.*got '21 mph'"):
         read_log(path, columns | {"speed": Column("v", "km/h", "m/s")})

@@ -7,7 +7,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     reference="filters of accelerometers in loggers: 1 to 10 Hz, 16 to 160 ms (1 / (2 pi f) of one pole)",
     label="a low-pass filter of the acceleration",
     signature="Where the acceleration changes, the residual is proportional to its time derivative, and the reading is "
-    "rounder than the loads.",
+    "smoother than the loads.",
     alike=("acceleration_delay", "clock_offset", "pitch_inertia"),
     confirm="Read the filter's corner frequency in the logger's setup; log without it. A filter rounds a brake's "
     "onset, and a delay moves it.",

@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="brake",
-    unknowns=Quantity("brake_drag", "N", "drag of brakes that do not release, at the road", "Fb", 0.0, 200.0),
+    unknowns=Quantity("brake_drag", "N", "force at the road of brakes that do not release", "Fb", 0.0, 200.0),
     reference="residual brake torque of disc brakes, 1 to 6 N m per wheel: 10 to 80 N at the road",
     label="brakes that drag",
     signature="A force that is the same at every speed and in both directions slows the car.",

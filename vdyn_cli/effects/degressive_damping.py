@@ -10,7 +10,7 @@ CORNER = 2e-3  # m/s, over which the magnitude of the rate is rounded; far below
     on="damper",
     unknowns=(
         Quantity("damping_degression", "", "one minus the exponent of force over rate in fast strokes", "p", -1.0, 0.9),
-        Quantity("damping_degression_balance", "", "front less rear degression, over their sum", "b", -1.1, 1.1),
+        Quantity("damping_degression_balance", "", "(front - rear) / (front + rear) degression", "b", -1.1, 1.1),
     ),
     nominal={"damping_degression_balance": 0.0},
     reference="Dixon, The Shock Absorber Handbook, 2nd ed., Wiley 2007: exponents of force over rate from 0.3 to 2",

@@ -6,7 +6,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     unknowns=Quantity("force_offset", "N", "reading of the force channel without force", "F0", -500, 500),
     reference="0.1 % of 24 kN is 24 N; rolling resistance contributes 30 to 60 N to the channel",
     label="a longitudinal force with a wrong zero",
-    signature="Force over slip is shifted up or down by the same force everywhere.",
+    signature="The curve of force over slip is shifted by a constant force.",
     alike=("slip_offset",),
     confirm="Lift the wheel and read the force.",
     tags={"sensor", "slip_sweep"},

@@ -4,14 +4,14 @@ from vdyn_cli.engine.maths import sqrt
 SHORT = 8e-4  # s, below which the lag fades out, so that it vanishes at zero and a step of 1.1 ms stays stable
 
 
-def squared(tau: Number) -> Number:
-    """Square of the lag's time constant, s^2: tau^2 beyond ``SHORT``, and ``SHORT``^2 at zero."""
+def time_constant_squared(tau: Number) -> Number:
+    """T^2 = (tau^4 + t0^4)^(1/2), s^2: square of the time constant with which the law filters; t0 is ``SHORT``."""
     return sqrt(tau * tau * tau * tau + SHORT**4)
 
 
 def lagging(s: Signals) -> Number:
     """Rate of the lagged signal relative to rest, per second."""
-    return (s.value - s.rest - s.lagged) / sqrt(squared(s.logger_filter))
+    return (s.value - s.rest - s.lagged) / sqrt(time_constant_squared(s.logger_filter))
 
 
 @effect(
@@ -35,6 +35,6 @@ def logger_filter(reading: Law, s: Signals, q: Signals) -> Number:
     w y + (1 - w) x with w = tau^2 / T^2, T^2 = (tau^4 + t0^4)^(1/2) and the time constant T, so that tau = 0 changes
     nothing.
     """
-    share = q.logger_filter * q.logger_filter / squared(q.logger_filter)
+    share = q.logger_filter * q.logger_filter / time_constant_squared(q.logger_filter)
     true = reading(s)
     return true + share * (s.lagged + s.rest - true)

@@ -5,8 +5,8 @@ from vdyn_cli.engine.maths import where
 @effect(
     on=("drive_torque", "drive_torque_left", "drive_torque_right"),
     unknowns=Quantity("overrun_gain", "", "share by which a drive torque below zero reads too high", "e", -0.3, 0.3),
-    reference="a controller that holds one efficiency, 0.85 to 0.95 of motor and inverter, for both directions is "
-    "wrong by up to twice its loss under recuperation; the drag torque of engines is known to 10 to 30 %",
+    reference="a torque computed with one efficiency (0.85 to 0.95 of motor and inverter) for both directions of power "
+    "errs by up to twice the loss in recuperation; the drag torque of engines is known to 10 to 30 %",
     label="a drive torque whose values below zero have a wrong gain",
     signature="The simulated car decelerates too much or too little in proportion to a negative torque; both agree "
     "while it is driven.",

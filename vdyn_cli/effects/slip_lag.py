@@ -8,8 +8,8 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     label="a time lag between slip and force",
     signature="Force over slip is a loop: increasing and decreasing slip give different forces.",
     alike=("tire_relaxation",),
-    confirm="Log the speed and sweep at a third of it: a late channel stays as late, a relaxation length three "
-    "times as late.",
+    confirm="Log the speed and sweep at a third of it: the delay of a channel stays the same, that of a "
+    "relaxation length is three times as long.",
     sense="(negative: the slip is logged late)",
     tags={"test_only", "slip_sweep"},
 )

@@ -4,29 +4,29 @@ from vdyn_cli.engine.maths import sqrt
 SHORT = 0.05  # s, time constant with which the law filters at no filter, stable with steps of 50 ms
 
 
-def squared(tau_squared: Number) -> Number:
-    """Square of the time constant T with which the law filters, s^2: |tau^2|, and ``SHORT``^2 at zero."""
+def time_constant_squared(tau_squared: Number) -> Number:
+    """T^2 = (tau^4 + t0^4)^(1/2), s^2: square of the time constant with which the law filters; t0 is ``SHORT``."""
     return sqrt(tau_squared * tau_squared + SHORT**4)
 
 
 def share(tau_squared: Number) -> Number:
     """Share w of the filtered speed in the reading: 0 without a filter, near 1 for a filter longer than ``SHORT``."""
-    return 1.0 - sqrt(1.0 - tau_squared / squared(tau_squared))
+    return 1.0 - sqrt(1.0 - tau_squared / time_constant_squared(tau_squared))
 
 
 def ahead(clock: Law, s: Signals, q: Signals) -> Number:
     """Clock of the speed: its reading is taken the delay of the filter later."""
-    return clock(s) + share(q.speed_filter) * sqrt(squared(q.speed_filter))
+    return clock(s) + share(q.speed_filter) * sqrt(time_constant_squared(q.speed_filter))
 
 
 def distance(s: Signals) -> Number:
     """Rate of the distance D between the speed, filtered with T, and the speed, m/s^2."""
-    return -s.distance / sqrt(squared(s.speed_filter)) - s.rate_of_change
+    return -s.distance / sqrt(time_constant_squared(s.speed_filter)) - s.rate_of_change
 
 
 def ramp(s: Signals) -> Number:
     """D where the speed has changed at its first rate for long, m/s."""
-    return -sqrt(squared(s.speed_filter)) * s.rate_of_change
+    return -sqrt(time_constant_squared(s.speed_filter)) * s.rate_of_change
 
 
 @effect(

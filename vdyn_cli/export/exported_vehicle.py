@@ -11,7 +11,7 @@ from vdyn_cli.engine.c_source import CProgram, c_program
 from vdyn_cli.engine.graph import Graph, trace
 from vdyn_cli.engine.model import Model
 from vdyn_cli.export.parameter_file import AcceptedEffect, ParameterFile, completed
-from vdyn_cli.export.quantity_texts import comment, of_parameter, of_signal, of_state
+from vdyn_cli.export.quantity_texts import comment, parameter_quantity, signal_quantity, state_quantity
 from vdyn_cli.physics.models.vehicle import Driven, vehicle
 from vdyn_cli.physics.models.vehicle_axle import Differential
 from vdyn_cli.quantities.quantity import Quantity
@@ -58,7 +58,7 @@ class ExportedVehicle:
 
     def program(self, name: str, title: str) -> CProgram:
         """The vehicle as C source with a start speed; a caller's time step must not exceed LONGEST_STEP."""
-        comments = {n: comment(of_state(n)) for n in self.graph.states}
+        comments = {n: comment(state_quantity(n)) for n in self.graph.states}
         comments |= {n: comment(q) + _assumption(self.assumed.get(n)) for n, q in self.quantities.items()}
         lines = (title, self._summary, *self.effect_notes)
         return c_program(
@@ -91,8 +91,8 @@ def exported_vehicle(
     graph = trace(model, effects)
     unknowns = {name: value for one in included for name, value in one.unknowns.items()}
     everything = {**graph.defaults, **values, **context, **unknowns}
-    quantities = {name: of_parameter(name) for name in (*model.parameters, *model.context)}
-    quantities |= {name: of_signal(name) for name in (*model.inputs, *graph.outputs)}
+    quantities = {name: parameter_quantity(name) for name in (*model.parameters, *model.context)}
+    quantities |= {name: signal_quantity(name) for name in (*model.inputs, *graph.outputs)}
     quantities |= {name: quantity for effect in effects for name, quantity in effect.unknowns.items()}
     return ExportedVehicle(
         model, effects, graph, everything, quantities, assumed, included, notes, driven, differential

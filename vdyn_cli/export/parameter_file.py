@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from vdyn_cli.effects import catalog, extensions_in_si
-from vdyn_cli.export.quantity_texts import of_parameter
+from vdyn_cli.export.quantity_texts import parameter_quantity
 from vdyn_cli.physics.models.vehicle_defaults import FOLLOWING, complete
 from vdyn_cli.quantities.errors import Finding, close_names, raise_all
 from vdyn_cli.quantities.parameter_json import one_line, read_document
@@ -148,7 +148,7 @@ def refuse_missing(parameter_file: ParameterFile, names: Iterable[str], what: st
 
 def _missing(parameter_file: ParameterFile, giver: str | None, names: list[str], what: str) -> Finding:
     listed = ", ".join(names)
-    stated = f"state '{names[0]}: <number> {of_parameter(names[0]).unit}".rstrip() + "' "
+    stated = f"state '{names[0]}: <number> {parameter_quantity(names[0]).unit}".rstrip() + "' "
     stated += "and the others under vehicle" if len(names) > 1 else "under vehicle"
     if giver is None:
         return Finding(parameter_file.name, f"{what} needs {listed}, not given", remedy=f"{stated}, and run again")

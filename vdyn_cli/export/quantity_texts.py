@@ -44,17 +44,17 @@ _OWN = (
 OWN = {quantity.name: quantity for quantity in _OWN}
 
 
-def of_parameter(name: str) -> Quantity:
+def parameter_quantity(name: str) -> Quantity:
     """Unit and meaning of a parameter or of a quantity of the run; empty if not known."""
     return PARAMETERS.get(name) or OWN.get(name) or Quantity(name, "", "")
 
 
-def of_signal(name: str) -> Quantity:
+def signal_quantity(name: str) -> Quantity:
     """Unit and meaning of an input or an output, also of a single wheel."""
-    return CHANNELS.get(name) or of_state(name)
+    return CHANNELS.get(name) or state_quantity(name)
 
 
-def of_state(name: str) -> Quantity:
+def state_quantity(name: str) -> Quantity:
     """Unit and meaning of a state, also of a wheel or an axle; empty for the state of an effect."""
     ending = next((suffix for suffix in PLACES if name.endswith(suffix)), "")
     place, stem = PLACES.get(ending), name.removesuffix(ending)

@@ -263,7 +263,7 @@ def _evaluate(regression: Regression, x: Array) -> Point | None:
             rows = regression.rows(run, local)
         except ArithmeticError:
             return None
-        matrix = matrix_of(rows, s)
+        matrix = augmented_matrix(rows, s)
         if not np.isfinite(np.sum(matrix**2)):  # the norms of diverging sensitivities overflow
             return None
         own = prior_rows(regression.own, local[s:])
@@ -313,6 +313,6 @@ class Objective:
         return isinstance(self.regression.rows, Residuals)
 
 
-def matrix_of(rows: Rows, n_shared: int) -> Array:
-    """The rows as [own | shared | residual], (n, k + 1); ``n_shared`` : number of shared unknowns."""
+def augmented_matrix(rows: Rows, n_shared: int) -> Array:
+    """[own | shared | residual], (n, k + 1), of rows whose Jacobian has the ``n_shared`` shared unknowns first."""
     return np.column_stack([rows.jacobian[:, n_shared:], rows.jacobian[:, :n_shared], rows.residual])

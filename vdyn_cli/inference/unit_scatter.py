@@ -11,7 +11,7 @@ from vdyn_cli.inference import intervals
 from vdyn_cli.inference.intervals import UnitFactor, equal_information_blocks
 from vdyn_cli.inference.normal_system import Solved
 from vdyn_cli.inference.qr_factors import qr_factor
-from vdyn_cli.inference.regression import Rows, matrix_of, prior_rows
+from vdyn_cli.inference.regression import Rows, augmented_matrix, prior_rows
 from vdyn_cli.inference.solution import Solution, Unit
 from vdyn_cli.quantities.arrays import Array
 
@@ -38,7 +38,7 @@ def _contradicted_priors(solved: Solved) -> list[str]:
             if abs(off) > LARGEST_PULL:
                 value, prior = (f"{number:.4g} {unknown.unit}".strip() for number in (x[i], mean))
                 what = f"{regression.label(i)} is estimated at {value}, {abs(off):.0f} standard deviations from "
-                found.append(f"{what}{prior}, the given or usual value: correct it, or state its uncertainty with '+-'")
+                found.append(f"{what}{prior}, the given or usual value: correct that value, or state its '+-'")
     return found
 
 
@@ -159,7 +159,7 @@ def _units(solved: Solved, kind: Kind) -> tuple[list[Unit], tuple[Array, ...]]:
     counts = _blocks_of_runs(solved)
     for run in range(len(regression.runs)):
         rows = regression.rows(run, regression.local(solved.point.x, run))
-        matrix = matrix_of(rows, s)
+        matrix = augmented_matrix(rows, s)
         residuals.append(rows.residual)
         if kind == "run":
             labels = np.zeros(len(matrix), dtype=np.int64)

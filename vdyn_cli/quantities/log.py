@@ -114,7 +114,7 @@ class Log:
         return self.source.row if self.source else "line"
 
     def between(self, start: float, stop: float) -> Log:
-        """The part with start <= time <= stop, as views; it may have no samples."""
+        """The part with start <= time <= stop (s on the log's clock), as views; it may have no samples."""
         first, last = np.searchsorted(self.time, start, "left"), np.searchsorted(self.time, stop, "right")
         part = slice(first, last)
         return replace(self, time=self.time[part], channels={k: v[part] for k, v in self.channels.items()})

@@ -70,7 +70,12 @@ class DiagnosisSection:
 def diagnosis_section(
     source: Diagnosis | None, parameters: Mapping[str, Estimate] = MappingProxyType({})
 ) -> DiagnosisSection | None:
-    """The section for a diagnosis, None without one."""
+    """The section for a diagnosis, None without one.
+
+    Parameters
+    ----------
+    parameters : of the result, for biases in percent; one wider than its value makes a good verdict only fair.
+    """
     if source is None:
         return None
     label, mood = VERDICTS[source.verdict]

@@ -39,7 +39,7 @@ class RunTrace:
 
     @cached_property
     def residual(self) -> Array:
-        """Measured minus simulated."""
+        """Measured minus simulated, (n,), in the unit of the channel."""
         return self.measured - self.simulated
 
     @cached_property

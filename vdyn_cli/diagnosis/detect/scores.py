@@ -140,7 +140,7 @@ def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[
     """Score tests of candidates, each with its unknowns, beside the ``fitted`` unknowns and every run's own."""
     beside, names = Projection(system, fitted), tuple(candidates)
     whole = system.columns_of([n for name in names for n in candidates[name]])
-    groups, left = column_groups(candidates), visible_only(whole, beside.orthogonal(whole))
+    groups, left = column_groups(candidates), without_rounding(whole, beside.orthogonal(whole))
     visibility, stated, statistic, rank, estimate, spread = {}, {}, {}, {}, {}, {}
     measured = system.run >= 0
     priors = left[~measured[system.label]]
@@ -234,11 +234,10 @@ def equivalent(statistic: Array | float, degrees: int) -> Array:
     return np.asarray(r + np.log(off * np.sqrt(degrees / 2) / r) / r)
 
 
-def visible_only(whole: Array, left: Array) -> Array:
-    """The columns of ``left`` (n, k), set to zero where only rounding is left of those of ``whole`` (n, k)."""
-    size = np.sqrt(np.sum(whole**2, axis=0))
-    remains = np.sqrt(np.sum(left**2, axis=0))
-    return np.where(remains > ROUNDING * size, left, 0.0)
+def without_rounding(columns: Array, projected: Array) -> Array:
+    """Projected columns (n, k), zero where the projection of ``columns`` (n, k) leaves only rounding errors."""
+    size = np.sqrt(np.sum(columns**2, axis=0))
+    return np.where(np.sqrt(np.sum(projected**2, axis=0)) > ROUNDING * size, projected, 0.0)
 
 
 def pseudo_inverse(information: Array) -> tuple[Array, int]:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from vdyn_cli.diagnosis.detect.scores import ROUNDING, equivalent, pseudo_inverse, visible_only
+from vdyn_cli.diagnosis.detect.scores import ROUNDING, equivalent, pseudo_inverse, without_rounding
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.linearized_system import LinearizedSystem, Projection, column_groups
 from vdyn_cli.quantities.arrays import Array
@@ -88,7 +88,7 @@ def information(system: LinearizedSystem, fitted: Sequence[str], columns: Mappin
     """
     beside = Projection(system, fitted)
     whole = system.columns_of([n for each in columns.values() for n in each])
-    left = visible_only(whole, beside.orthogonal(whole))
+    left = without_rounding(whole, beside.orthogonal(whole))
     return Information(left.T @ left, left.T @ beside.y, column_groups(columns), frozenset(profiles))
 
 

@@ -89,7 +89,7 @@ def _unit_findings(layout: Layout, at: int, channel: str, column: Column, name: 
     if layout.units and contradicts(layout.units[at], column):
         findings.append(contradiction(f"{name}, column '{header}', units row", channel, column, layout.units[at]))
     if at in layout.behind and contradicts(layout.behind[at], column):
-        place = f"{name}, column '{header}', behind its numbers"
+        place = f"{name}, column '{header}', unit after its numbers"
         findings.append(contradiction(place, channel, column, layout.behind[at]))
     if not unit_in_header(layout, at):
         findings += contradicted_name_end(f"{name}, column '{header}'", header, channel, column)

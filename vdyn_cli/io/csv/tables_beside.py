@@ -25,9 +25,14 @@ _OF_A_TABLE = re.compile(r"(time|Time|TIME)(?=[A-Z_ .])")  # begins the name of 
 
 
 class TablesBeside:
-    """The channels of one file; a table's rows end with its clock."""
+    """The channels of one text log with several tables, a ``StoredFile``; a table's rows end with its clock.
 
-    row = "line"
+    Parameters
+    ----------
+    layout, numbers : of the file. clocks : index of each table's clock column. text : columns without numbers.
+    """
+
+    row = "line"  # the word for a sample's place in messages
 
     def __init__(self, layout: Layout, numbers: Numbers, clocks: Sequence[int], text: frozenset[int]) -> None:
         self._numbers, self._text = numbers, text

@@ -54,7 +54,7 @@ class Crossing:
 
     @cached_property
     def drive(self) -> Drive:
-        """Inputs of the simulation of the crossing."""
+        """What the simulation of the crossing needs: times, speed with elapsed time, and the initial position, SI."""
         inputs = {"speed": self.speed.value, "elapsed": self.speed.elapsed}
         return Drive(self.time, inputs, {"position": self.origin})
 

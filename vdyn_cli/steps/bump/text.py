@@ -214,10 +214,7 @@ def misfit_table(fit: BumpFit, inflated: Mapping[str, float]) -> Table:
         noise, unit = rms(*(c.noise[name] for c in fit.crossings)), UNITS[name]
         rows.append((name, f"{noise:.3g} {unit}", f"{ratio * noise:.3g} {unit}", f"{ratio:.2f}"))
     columns = ("channel", "noise", "residual (rms)", "ratio")
-    caption = (
-        f"A ratio of 1 means that the simulation follows the channel to its noise; above {MISFIT:g} the model has an "
-        "error."
-    )
+    caption = f"A ratio of 1 means that only the channel's noise remains; above {MISFIT:g} the model has an error."
     return Table("misfit", "How well the simulation follows each channel", columns, tuple(rows), caption)
 
 

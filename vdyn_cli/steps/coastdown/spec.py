@@ -77,7 +77,7 @@ class CoastdownSettings(Strict):
     windows: Windows = Field(
         "auto",
         description="coast: the fall through speed_window; all: the drive is measured and no brake is used; powered: "
-        "only where the drive is above zero; auto: all where the drive is measured, else coast",
+        "only where the drive force is positive; auto: all where the drive force is measured, else coast",
     )
 
     @field_validator("speed_window", mode="before")

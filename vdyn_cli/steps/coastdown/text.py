@@ -28,8 +28,8 @@ FITTED = {
     "none": "Least squares fits the simulated to the measured speed, with the start speed of every run free.",
     "with_speed": "Least squares fits simulated speed and specific force together, with the start speed of every run "
     "and the accelerometer's zero free; a slope acts on the speed, but not on the specific force.",
-    "alone": "Least squares fits the specific force where the drive is above zero; each log's zero of the "
-    "accelerometer follows from the energy of the whole log.",
+    "alone": "Least squares fits the specific force where the drive force is positive; the accelerometer's zero in "
+    "each log follows from the energy balance of the whole log.",
 }
 
 

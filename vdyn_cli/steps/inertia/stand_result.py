@@ -111,7 +111,7 @@ def _sentence(estimates: dict[str, Estimate], settings: InertiaSettings, balance
     if dry := shown.get("bearing_torque"):
         drag = f"The bearing drag is {dry} at standstill plus {viscous} times the speed.{_zero_in_drag(balance)}"
     else:
-        drag = f"The bearing drag grows by {viscous} times the speed; at standstill it is not determined."
+        drag = f"The bearing drag increases by {viscous} times the speed; at standstill it is not determined."
     return f"The moment of inertia{whole} is {inertia}. {gains} {drag}"
 
 

@@ -51,7 +51,7 @@ def with_centered_encoder(log: Log, gear_ratio: float) -> tuple[Log, tuple[Findi
 
 
 def torque_columns(log: Log) -> tuple[Array, ...]:
-    """The torque (n,), N m, its square and cube, and its derivative, N m/s, of means over ``SMOOTHED``."""
+    """Regressors of the twist, (n,) each: torque T (N m), T^2, T^3, and T' (N m/s) of means over ``SMOOTHED``."""
     torque = log["shaft_torque"]
     return torque, torque**2, torque**3, np.gradient(smoothed(torque, log.time), log.time)
 

@@ -54,8 +54,8 @@ class ShaftSettings(Strict):
     )
     torque_delay: Annotated[Given, Si("s", -LONGEST_DELAY, LONGEST_DELAY)] | None = Field(
         None,
-        description="time by which the torque is logged later than twist and speeds, such as 0 +- 0.05 ms; else 0 with "
-        "a standard deviation of half a sampling interval",
+        description="delay of the torque relative to twist and speeds, such as 0 +- 0.05 ms; if not stated, 0 with a "
+        "standard deviation of half a sampling interval",
     )
 
 

@@ -104,8 +104,8 @@ def changed_runs(fit: RoadLoadFit) -> ChangedRuns | None:
     return ChangedRuns(run, _given_by(fit, range(run)), _given_by(fit, range(run, heading.size)), step, above)
 
 
-def values_after(fit: RoadLoadFit) -> tuple[Finding, ...]:
-    """The values after a change that the fit contains, at the first run after it."""
+def findings_after_change(fit: RoadLoadFit) -> tuple[Finding, ...]:
+    """A finding at the first changed run, with the values from it on; empty where the fit contains no change."""
     changed, solution, runs = _changed(fit), fit.solution, fit.campaign.runs
     if not changed or AFTER["rolling_resistance"] not in solution.names:
         return ()

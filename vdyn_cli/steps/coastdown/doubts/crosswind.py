@@ -58,8 +58,8 @@ def crosswind_shift(fit: RoadLoadFit, stated: float | None) -> tuple[Mapping[str
         what = f"the stated crosswind of {across:.1f} m/s adds about {two_digits(force)} N; the intervals include it"
         return shift, (Finding("runs", what),)
     what = (
-        f"no crosswind is stated; the gusts, of which errors of the speed hide {100 * hidden_share(fit):.0f} %, suggest"
-        f" up to {across:.1f} m/s across the road, which adds {two_digits(force)} N; the intervals include it"
+        f"no crosswind is stated; the gusts suggest up to {across:.1f} m/s, which adds {two_digits(force)} N; the "
+        f"intervals include it (speed errors hide {100 * hidden_share(fit):.0f} % of the variance of usual gusts)"
     )
     remedy = "give the measured 'crosswind' of each run, or 'settings: {crosswind: 0 m/s}' for a calm day"
     return shift, (Finding("runs", what, remedy=remedy),)

@@ -73,13 +73,13 @@ def drag_over_speed(load: RoadLoad, speeds: tuple[float, float], mass: float, de
             rolling.append(changing[0])
             areas += [slow, fast]
             text.append(
-                f"a drag area that changes with it (ride height, grille shutter), {slow:.2f} m^2 at"
+                f"a drag area that changes with speed (ride height, grille shutter), {slow:.2f} m^2 at"
                 f" {3.6 * speeds[0]:.0f} km/h and {fast:.2f} m^2 at {3.6 * speeds[1]:.0f} km/h,"
             )
     if (steeper := _same_load(load, speed, mass * GRAVITY * speed**1.5, mass, density)) is not None:
         rolling.append(steeper[0])
         areas.append(steeper[1])
-        text.append(f"a rolling resistance that grows with V^1.5 beside {steeper[1]:.2f} m^2")
+        text.append(f"a rolling resistance that increases with V^1.5 and a drag area of {steeper[1]:.2f} m^2")
     return DragOverSpeed(tuple(rolling), tuple(areas), tuple(text)) if areas else None
 
 

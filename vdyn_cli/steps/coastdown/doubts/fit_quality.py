@@ -12,7 +12,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.number_text import number, two_digits
 from vdyn_cli.steps.coastdown.doubts.agreement import LocalForces, influence, local_forces, shared_force
-from vdyn_cli.steps.coastdown.doubts.changed_runs import changed_runs, values_after
+from vdyn_cli.steps.coastdown.doubts.changed_runs import changed_runs, findings_after_change
 from vdyn_cli.steps.coastdown.doubts.one_way import one_way_shifts, unbalanced_finding, unbalanced_shift
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import influential_runs
 from vdyn_cli.steps.coastdown.doubts.sheltered_wind import sheltered_wind_finding, sheltered_wind_shift
@@ -81,7 +81,7 @@ class FitQuality:
             *self._noise(),
             *self._road(),
             *self._disagreement(),
-            *values_after(self.fit),
+            *findings_after_change(self.fit),
             *self.notes,
             *self._runs(),
         )

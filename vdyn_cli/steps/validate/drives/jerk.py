@@ -22,7 +22,7 @@ SLOWEST_RATE = 40.0  # Hz, least rate of the logger at which a jerk shows oscill
 def noise_gain(time: Array) -> float:
     """Standard deviation, 1/s, of the filtered derivative of unit white noise sampled at ``time`` (n,), s.
 
-    sqrt(dt / (4 sqrt(pi) tau^3)), dt the median step
+    sqrt(dt / (4 sqrt(pi) tau^3)), dt the median step and tau = ``WIDTH``; for the filter see the head of the module.
     """
     spacing = float(np.median(np.diff(time)))
     return float(np.sqrt(spacing / (4 * np.sqrt(np.pi) * WIDTH**3)))

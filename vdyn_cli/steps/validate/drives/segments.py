@@ -98,7 +98,7 @@ class DriveSegment:
 
     @cached_property
     def noise_levels(self) -> Mapping[str, float]:
-        """White noise of a sample, by input and output that has enough values."""
+        """Standard deviation of white noise, SI, by input and output with at least ``FEWEST_DIFFERENCED`` values."""
         every = {n: (self.time, v) for n, v in {**self.inputs, **self.outputs}.items()} | dict(self.sampled)
         return {n: white_level(v, t) for n, (t, v) in every.items() if np.isfinite(v).sum() >= FEWEST_DIFFERENCED}
 
