@@ -71,7 +71,7 @@ def _on_time(made: ValidateProblem, logged: ValidateProblem) -> ValidateProblem:
             break
     if late < LAG_SETTLED:
         return made
-    what = f"the elevation is {late:.2g} s late: the drives show its hills earlier, and its grade was moved there"
+    what = f"the likeliest lag of the elevation is {late:.2g} s by the drives, and its grade was moved by it"
     remedy = "map 'grade' if it is known better"
     finding = Finding("channels.elevation", what, remedy=remedy, minor=True)
     return replace(now, findings=(*now.findings, finding))
