@@ -1,11 +1,13 @@
 """The noise of the moment balance includes that of the derivatives in it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.plant.vehicle import random_vehicle
 from tests.steps.cg.test_cg import logs
-from vdyn_cli.steps.cg.load_windows import LoadWindows, cut_windows
+from vdyn_cli.steps.cg.load_windows import LoadWindows, cut_windows, with_smaller_loads
 from vdyn_cli.steps.cg.local_derivative import SPAN, local_derivative
 from vdyn_cli.steps.cg.noise import balance_covariance, noise_slopes
 
@@ -34,3 +36,16 @@ def test_the_band_holds_the_whole_covariance(windows: LoadWindows) -> None:
     assert not outside.any()
     for j, row in enumerate(band):
         assert row[: row.size - j] == pytest.approx(np.diag(whole, -j), rel=1e-9)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25])
+def test_the_noise_of_an_axle_is_that_of_both_wheels_if_one_has_another_logger(share: float) -> None:
+    """The one of its own clock, of 20 N, is interpolated at half a sample; a speed of few samples has no own level."""
+    rng, log = np.random.default_rng(3), logs(random_vehicle(4), 4)[0]
+    left, right = (0.5 * log["front_load"] + rng.normal(0.0, 20.0, log.time.size) for _ in range(2))
+    read = np.interp(log.time, log.time + 0.005, right)
+    log = log.with_channels(front_left_load=left, front_right_load=read, front_load=left + read)
+    samples = {"front_right_load": (log.time + 0.005, right), "speed": (log.time[::400], log["speed"][::400])}
+    made = with_smaller_loads(replace(log, samples=samples), share)
+    expected = np.hypot(20.0 * 2**0.5, cut_windows(logs(random_vehicle(4), 4)[0]).noise["front_load"] / 2**0.5)
+    assert cut_windows(made).noise["front_load"] == pytest.approx(expected / (1.0 + share), rel=0.05)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.inference import white_level
+from vdyn_cli.inference import FEWEST_READINGS, white_level
 from vdyn_cli.physics.models.load_transfer import HEAVES
 from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.log import Log
@@ -198,14 +198,21 @@ def _white_noise(log: Log, channel: str) -> float:
     Interpolation between another logger's samples attenuates noise only at high frequencies: at half a sample the
     interpolated channel shows a third of it. So the level is that of the samples; of an axle's load, of its wheels'.
     """
-    parts = (channel,) if channel in log.samples else [n for n in WHEELS.get(channel, ()) if n in log.samples]
-    if not parts:
-        return white_level(log[channel], log.time)
-    read = [log.samples[n] for n in parts]
+    own = {n: read for n, read in log.samples.items() if np.isfinite(read[1]).sum() >= FEWEST_READINGS}
+    wheels = WHEELS.get(channel, ())
+    whole = channel in own or not any(n in own for n in wheels)
+    read = [own.get(n, (log.time, log[n])) for n in ((channel,) if whole else wheels)]
     steps = [float(np.median(np.diff(time))) for time, _ in read]
     usual = float(np.median(np.diff(log.time)))
     squares = [white_level(v, t) ** 2 * step / usual for (t, v), step in zip(read, steps, strict=True)]
     return float(np.sqrt(sum(squares)))
+
+
+def with_smaller_loads(log: Log, share: float) -> Log:
+    """The log whose loads, of axles and wheels, read (1 + share) times too much, corrected."""
+    loads = {*LOADS, *(n for wheels in WHEELS.values() for n in wheels)}
+    samples = {n: (t, v / (1 + share) if n in loads else v) for n, (t, v) in log.samples.items()}
+    return replace(log.with_channels(**{n: log[n] / (1 + share) for n in loads if n in log}), samples=samples)
 
 
 def pitch_angle(log: Log) -> Array:

@@ -25,7 +25,7 @@ from vdyn_cli.steps.cg.carried_weight import carried_weight
 from vdyn_cli.steps.cg.input_checks import gentle_doubts, ready_runs, weight_contradiction
 from vdyn_cli.steps.cg.known_vehicle import COMPLIANCE, KnownVehicle, known_vehicle, with_free_heave
 from vdyn_cli.steps.cg.load_fit import EXACT, LoadFit
-from vdyn_cli.steps.cg.load_windows import LOADS, cut_windows
+from vdyn_cli.steps.cg.load_windows import cut_windows, with_smaller_loads
 from vdyn_cli.steps.cg.logged_speed import gps_zero, other_accelerometer, speed_change
 from vdyn_cli.steps.cg.parts import balance_parts
 from vdyn_cli.steps.cg.policy import CG_POLICY
@@ -251,7 +251,7 @@ def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:
     ready = ready_runs(spec, logs)
     share, contradiction = weight_contradiction(logs, vehicle, load_zero)
     if share:
-        ready = tuple(log.with_channels(**{n: log[n] / (1 + share) for n in LOADS if n in log}) for log in ready)
+        ready = tuple(with_smaller_loads(log, share) for log in ready)
     vehicle = replace(vehicle, load_excess=share)
     if not all("rear_load" in log for log in ready):
         vehicle = with_free_heave(vehicle)
