@@ -34,9 +34,9 @@ def test_an_interval_that_holds_other_answers_says_which() -> None:
 @pytest.mark.parametrize("verdict", ["unknown", "named"])
 def test_an_unexplained_error_says_where_it_is_largest(verdict: Verdict) -> None:
     place = {"run": "wet.csv", "channel": "force_x", "segment": "time in s 1.93 to 2.48"}
-    worst = WorstSegment(**place, size=-903.7, unit="N", over_noise=-80.1)
+    worst = WorstSegment(**place, size=-1903.7, unit="N", over_noise=-801.2)
     said = said_of(diagnosis=Diagnosis(verdict=verdict, sentence="Unmodeled effect present.", where=(worst,)))
-    line = "Largest error: wet.csv, force_x, time in s 1.93 to 2.48: -904 N on average, 80 times the noise."
+    line = "Largest error: wet.csv, force_x, time in s 1.93 to 2.48: -1904 N on average, 801 times the noise."
     assert (line in said) == (verdict == "unknown")
 
 

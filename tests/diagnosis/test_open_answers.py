@@ -12,7 +12,7 @@ import pytest
 from tests.diagnosis.linear import WAVE, WIND, Campaign
 from vdyn_cli.diagnosis.extend.extension import _without_baseline
 from vdyn_cli.diagnosis.extend.interval_union import OpenAnswer
-from vdyn_cli.diagnosis.extend.open_answers import _Widening, by_fit, least_doubtful
+from vdyn_cli.diagnosis.extend.open_answers import _Widening, by_fit, least_doubtful, with_other_forms
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import BASELINE, Estimate, Parameters
@@ -82,3 +82,10 @@ def test_derived_parameters_follow_an_answer_that_the_step_cannot_publish() -> N
     assert found["a"].interval95 == (1.6, 2.0)
     assert found["half"].value == pytest.approx(0.9)
     assert found["half"].interval95 == pytest.approx((0.7, 1.1))
+
+
+def test_two_forms_of_a_law_and_another_effect_share_their_probability() -> None:
+    """Odds to no effect of 4 for either form, each of which is tried without the other one, and of 1 for a wind."""
+    found = [OpenAnswer("brake", {}, probability=4 / 6), OpenAnswer("wind", {}, probability=1 / 6)]
+    mixed = with_other_forms(found, [OpenAnswer("brake", {}, probability=4 / 6)])
+    assert [one.probability for one in mixed] == pytest.approx([0.4, 0.1, 0.4])

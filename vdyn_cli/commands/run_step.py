@@ -16,6 +16,7 @@ from vdyn_cli.project.execute import RefusedResultError, execute
 from vdyn_cli.project.result_document import StepRecord, to_json
 from vdyn_cli.quantities.diagnosis import WorstSegment
 from vdyn_cli.quantities.errors import merge_similar
+from vdyn_cli.quantities.number_text import two_digits
 from vdyn_cli.report.parameter_table import spans_text
 from vdyn_cli.report.typography import estimate_text
 
@@ -135,7 +136,7 @@ def print_result(record: StepRecord, tell: Tell) -> None:
 
 
 def _largest_error(one: WorstSegment) -> str:
-    size = f"{one.size:.3g} {one.unit} on average, {abs(one.over_noise):.2g} times the noise"
+    size = f"{two_digits(one.size)} {one.unit} on average, {two_digits(abs(one.over_noise))} times the noise"
     return f"Largest error: {one.run}, {one.channel}, {one.segment}: {size}."
 
 

@@ -27,6 +27,7 @@ from vdyn_cli.steps.wider_intervals import with_wider_intervals
 NO_RESULTS: Mapping[tuple[str, ...], Result] = MappingProxyType({})
 HOLD_ALL = "The intervals include every answer that the diagnosis leaves open."
 HOLD_REMAINDER = "The intervals include the bias by the unexplained residual."
+CERTAIN = 1.0 - 1e-9  # largest probability, of which odds are computed
 
 
 def with_open_answers(
@@ -107,7 +108,7 @@ class _Widening:
 
     def averaged(self, fitted: FittedModel, more: Sequence[OpenAnswer] = ()) -> Result:
         """The result of this fit, with the intervals of its mixture with answers of one more effect and ``more``."""
-        found = [*self.probable(fitted), *more]
+        found = with_other_forms(self.probable(fitted), more)
         others = [(one.probability, one.result) for one in found if one.result]
         averaged = self.problem.including(self.result, others) if others else self.result
         return with_wider_intervals(averaged, widened(averaged.parameters, found))
@@ -155,6 +156,20 @@ class _Widening:
         found = unexplained_biases(self.strategy.model, at, elements)
         fitted = {n: float(v) for n, v in at.values.items()}
         return biases(fitted, found, result.parameters, self.problem.derived)
+
+
+def with_other_forms(found: Sequence[OpenAnswer], more: Sequence[OpenAnswer]) -> list[OpenAnswer]:
+    """Probable answers and those of the same effects by another form of the law, with probabilities that sum up to one.
+
+    Each of ``more`` has its probability p among all answers but the usual form of its effect, which has q: its odds to
+    all answers of ``found`` are p / (1 - p) (1 - q).
+    """
+    usual = {one.label: one.probability or 0.0 for one in found}
+    each = [(one, min(one.probability or 0.0, CERTAIN)) for one in more]
+    odds = [(one, p / (1.0 - p) * (1.0 - usual.get(one.label, 0.0))) for one, p in each]
+    total = 1.0 + sum(ratio for _, ratio in odds)
+    both = [*((one, one.probability or 0.0) for one in found), *odds]
+    return [replace(one, probability=ratio / total) for one, ratio in both]
 
 
 def least_doubtful(answers: Sequence[OpenAnswer]) -> tuple[list[OpenAnswer], list[Finding]]:
