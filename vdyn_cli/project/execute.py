@@ -24,7 +24,6 @@ from vdyn_cli.project.reading.input_uncertainty import with_input_uncertainty
 from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, merge_similar, raise_all
 from vdyn_cli.quantities.number_text import capitalized
-from vdyn_cli.quantities.parameters import wider_than_value
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, Step, load_step, published
 from vdyn_cli.steps.interval_text import with_interval
@@ -171,8 +170,7 @@ def with_warnings(result: Result) -> Result:
     if fit.misfit:
         warnings.append(f"{fit.misfit}. Unmodeled effect present; values may be off by more than their intervals state")
     result = replace(result, fit=replace(fit, warnings=tuple(warnings)))
-    wide = [n for n, e in result.parameters.items() if e.source == result.step and wider_than_value(n, e)]
-    return _withholding(result, wide) if wide else result
+    return _withholding(result, result.undetermined) if result.undetermined else result
 
 
 def _withholding(result: Result, wide: Sequence[str]) -> Result:
@@ -186,7 +184,7 @@ def _withholding(result: Result, wide: Sequence[str]) -> Result:
         withheld[name] = f"its 95 % interval is wider than its value: {with_interval(one, one.unit)}"
     left_over = result.parameters.without(wide)
     refused = result.refused
-    if not any(e.source == result.step for e in left_over.values()):
+    if not result.determines:
         what = "no parameter is determined: each 95 % interval is wider than its value"
         refused = (*refused, Finding(result.step, what, "", "log more runs, or state more values as known"))
     return replace(

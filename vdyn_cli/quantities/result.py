@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from vdyn_cli.quantities.data_quality import DataQuality
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log_names import log_of
-from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.parameters import Estimate, Parameters, wider_than_value
 
 if TYPE_CHECKING:
     import numpy as np
@@ -154,3 +154,13 @@ class Result:
     def doubts(self) -> tuple[Finding, ...]:
         """The findings that are reasons to doubt the result, such as an implausible value."""
         return tuple(f for f in self.findings if f.doubt)
+
+    @property
+    def undetermined(self) -> list[str]:
+        """The parameters that this step estimated and whose 95 % intervals are wider than their values."""
+        return [n for n, e in self.parameters.items() if e.source == self.step and wider_than_value(n, e)]
+
+    @property
+    def determines(self) -> bool:
+        """Whether the data determine at least one of the parameters that this step estimated."""
+        return len(self.undetermined) < sum(e.source == self.step for e in self.parameters.values())

@@ -215,16 +215,22 @@ def _wanted(extend: str | list[str], setup: DiagnosisSetup, judgment: Judgment, 
 
     A learned law is used without a request if the baseline has no result or a simple evaluation of the logs contradicts
     it. A formula is used also if the residuals are far above the noise floor: a table, whose course includes that of
-    the part's own law, leaves the parameters of that law undetermined.
+    the part's own law, leaves the parameters of that law undetermined. (``diagnose`` also uses a formula without which
+    no parameter is determined.)
     """
     if isinstance(extend, list):
         return tuple(n for n in setup.candidates if n in extend)
     if judgment.answer is None or extend not in ("named", "learned"):
         return ()
-    learned = set(judgment.answer.effects) & setup.learned
-    formula = all(is_law(setup.candidates[n]) for n in learned)
-    needed = extend == "learned" or base.refused or base.contradicted or (base.fit.misfit and formula)
-    return judgment.answer.effects if needed or not learned else ()
+    formula = bool(base.fit.misfit) and names_formula(judgment, setup)
+    needed = extend == "learned" or base.refused or base.contradicted or formula
+    return judgment.answer.effects if needed or not set(judgment.answer.effects) & setup.learned else ()
+
+
+def names_formula(judgment: Judgment, setup: DiagnosisSetup) -> bool:
+    """Whether the answer is a learned law, and that a formula, not a table."""
+    learned = setup.learned.intersection(judgment.answer.effects if judgment.answer else ())
+    return bool(learned) and all(is_law(setup.candidates[n]) for n in learned)
 
 
 def _may_be_zero(judgment: Judgment, setup: DiagnosisSetup, effects: Sequence[str], result: Result | None) -> str:
