@@ -74,27 +74,25 @@ class NestedFits(Strategy):
         shapes = {n for e in effects for n in self.model.freed(e) if n not in self.model.amplitudes(e)}
         free = self.model.held(effects)
         nominal = free | {u.name: u.start for u in full.shared if u.name in shapes}
-        failed: list[ResultError] = []
-        best: list[Solution] = []
-        most = (
-            PROFILE_ITERATIONS if effects and set(effects) <= set(self.model.setup.free_profiles) else MOST_ITERATIONS
-        )
+        only_profiles = effects and set(effects) <= set(self.model.setup.free_profiles)
+        most = PROFILE_ITERATIONS if only_profiles else MOST_ITERATIONS
+        best: Solution | None = None
         for held in (nominal, free) if shapes else (free,):
-            regression = restricted(full, held, best[0] if best else before.solution if before else None)
+            starts = [restricted(full, held, best or (before.solution if before else None))]
+            if self.nonlinear and best is None and _strained(full, before):
+                starts.append(restricted(full, held))
+            starts += self._starts(starts[-1], others, bool(shapes) and held is free)
             found: list[Solution] = []
-            first = [regression]
-            if self.nonlinear and not best and _strained(full, before):
-                first.append(restricted(full, held))
-            for start in (*first, *self._starts(first[-1], others, bool(shapes) and held is free)):
+            for start in starts:
                 start = replace(start, reached=min((below, *(s.cost for s in found))))
                 try:
                     found.append(solve(start, tolerance=LEAST_STEP, most_iterations=most, unconverged=not effects))
                 except ResultError as error:
-                    failed.append(error)
-            best = [min(found, key=lambda s: s.cost)] if found else best
-        if best:
-            return best[0]
-        raise failed[-1]
+                    failed = error
+            best = min(found, key=lambda s: s.cost, default=best)
+        if best is None:
+            raise failed
+        return best
 
 
 def _strained(regression: Regression, before: FittedModel | None) -> bool:
