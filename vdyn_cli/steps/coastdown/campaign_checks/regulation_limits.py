@@ -73,28 +73,26 @@ def _temperature(day: TestDay) -> Iterator[RegulationLimit]:
 
 def _wind(day: TestDay) -> Iterator[RegulationLimit]:
     """Limits of the wind; a wind known only along the road can show that a limit is exceeded, not that it is met."""
-    missing = "no wind measured: log wind_speed, or give 'wind_speed' of each run"
-    if day.wind:
-        missing = "only means are stated"
-    across = max(day.across, default=None)
-    whole = across is not None and len(day.across) == len(day.wind)
     along = [abs(m) for m, _ in day.wind]
-    mean = max((math.hypot(m, a) for m, a in zip(along, day.across, strict=True)) if whole else along, default=None)
-    peak = max((p for _, p in day.wind if p is not None), default=None)
-    for regulation, clause, of_mean, of_peak in (
-        (J1263, "test conditions, wind", WIND_LIMIT, None),
-        (R83, "Annex 4a, Appendix 7, 3.1", 3.0, 5.0),
-        (WLTP, "Annex 4, 4.1.1.1 (stationary anemometer)", 5.0, 8.0),
+    both_parts = 0 < len(day.across) == len(along)
+    highest = max(map(math.hypot, along, day.across) if both_parts else along, default=None)
+    mean = ("mean wind", highest, "" if both_parts else " along the road")
+    peak = ("peaks of the wind", max((p for _, p in day.wind if p is not None), default=None), " along the road")
+    missing = "no wind measured: log wind_speed, or give 'wind_speed' of each run"
+    missing = "only means are stated" if day.wind else missing
+    for regulation, clause, (what, value, part), limit in (
+        (J1263, "test conditions, wind", mean, WIND_LIMIT),
+        (R83, "Annex 4a, Appendix 7, 3.1", mean, 3.0),
+        (R83, "Annex 4a, Appendix 7, 3.1", peak, 5.0),
+        (WLTP, "Annex 4, 4.1.1.1 (stationary anemometer)", mean, 5.0),
+        (WLTP, "Annex 4, 4.1.1.1 (stationary anemometer)", peak, 8.0),
     ):
-        for what, value, limit in (("mean wind", mean, of_mean), ("peaks of the wind", peak, of_peak)):
-            if limit is None:
-                continue
-            both_parts = whole and what == "mean wind"
-            found = missing if value is None else f"{value:.1f} m/s" + ("" if both_parts else " along the road")
-            above = value is not None and value >= limit
-            met = False if above else True if both_parts else None
-            found += "; the crosswind is not measured" if met is None and value is not None else ""
-            yield _row(regulation, clause, f"{what} below {limit:.3g} m/s", found, met)
+        found = missing if value is None else f"{value:.1f} m/s{part}"
+        met = None if value is None else value < limit
+        if met and part:
+            found, met = f"{found}; the crosswind is not measured", None
+        yield _row(regulation, clause, f"{what} below {limit:.3g} m/s", found, met)
+    across = max(day.across, default=None)
     for regulation, clause, what, limit in (
         (J1263, "test conditions, wind", "mean crosswind below 2.2 m/s (8 km/h)", 8.0 / 3.6),
         (R83, "Annex 4a, Appendix 7, 3.1", "wind across the road below 2 m/s", 2.0),
