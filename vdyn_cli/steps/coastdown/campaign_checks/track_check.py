@@ -53,14 +53,12 @@ def track_check(
         default = next(iter(reasons.values()))
         return TrackCheck({k: reasons.get(log.name, default) for k, log in enumerate(whole)}, evaluated)
     kept = [replace(s, run=origin[s.run]) for s in problem.selection.segments]
-    names = [one.name for one in data]
+    used = {s.run for s in kept}
     rejected: dict[int, str] = {}
     parts: dict[int, list[str]] = {}
     for one in problem.selection.rejected:
-        k = next(
-            (origin[i] for i, name in enumerate(names) if one.run == name or one.run.startswith(f"{name}, ")), None
-        )
-        if k is not None and all(s.run != k for s in kept):
+        k = next((k for k, log in zip(origin, data, strict=True) if f"{one.run}, ".startswith(f"{log.name}, ")), None)
+        if k is not None and k not in used:
             rejected.setdefault(k, one.why)
         elif k is not None and not one.usual:
             of = "" if one.length is None else f"{one.length:.0f} s of "
@@ -73,16 +71,15 @@ def track_check(
     coasts = CampaignCoasts(problem, whole_coasts(longest), tuple(r.direction for r in runs), stated_starts(runs))
     odd = coasts.rates.odd()
     rejected |= {one.segment.run: one.fact for one in odd if one.rejected}
-    findings = [f for f in problem.findings if f.where in IDLE_DRIVES]
-    findings += [
-        replace(f, what=f"{f.what}{_WITHOUT}", doubt=True)
-        for f in partial_coasts(longest, {k: log.name for k, log in enumerate(whole)})
-    ]
-    doubted = [one for one in odd if not one.rejected]
-    findings += [Finding(whole[o.segment.run].name, o.fact, remedy=o.remedy, doubt=True) for o in doubted]
-    findings += [] if odd else _changed_car(coasts, whole, origin)
-    balance, wrong = coasts.balance([log.name for log in whole]), position_direction_findings(runs, whole)
-    return TrackCheck(rejected, evaluated, balance, parts, tuple(findings), wrong)
+    names = [log.name for log in whole]
+    findings = (
+        *(f for f in problem.findings if f.where in IDLE_DRIVES),
+        *(replace(f, what=f.what + _WITHOUT, doubt=True) for f in partial_coasts(longest, dict(enumerate(names)))),
+        *(Finding(names[o.segment.run], o.fact, remedy=o.remedy, doubt=True) for o in odd if not o.rejected),
+        *(() if odd else _changed_car(coasts, whole, origin)),
+    )
+    wrong = position_direction_findings(runs, whole)
+    return TrackCheck(rejected, evaluated, coasts.balance(names), parts, findings, wrong)
 
 
 def _changed_car(coasts: CampaignCoasts, whole: Sequence[Log], origin: Sequence[int]) -> list[Finding]:
