@@ -77,3 +77,17 @@ def test_a_stated_standard_deviation_is_in_the_unit_of_the_effect():
     assert stated_errors((wheel_mass, wheel_radius, headwind), known) == pytest.approx(
         {"wheel_mass_error": 0.1, "wheel_radius_error": 0.005}
     )
+
+
+def test_each_form_of_a_law_has_half_the_prior_of_its_effect():
+    """One effect, as likely as none before the data: its odds halve where its law has another form."""
+    plain = cause("slope")
+    campaign = Campaign(11, hidden={"wave": 5.0, "slope": 0.2})
+    odds = []
+    for effect in (plain, replace(plain, other_law=plain.law)):
+        strategy = open_strategy(campaign.setup(effect, cause("wave")))
+        answer = candidate_model(strategy, ("wave",))
+        assert answer is not None
+        ((_, probability),) = probable_answers(strategy, answer.fitted)
+        odds.append(probability / (1.0 - probability))
+    assert odds[1] == pytest.approx(odds[0] / 2.0)

@@ -10,6 +10,7 @@ are equally likely, and that amplitudes are a ~ N(0, sigma^2):
 with a and s the score test's estimate and standard error of candidate k of m, and sigma ``catalog_prior`` of its
 plausible range, or the standard deviation with which the description states what it corrects, if that is smaller.
 For an effect that every day has, such as wind (``Effect.every_day``, its sigma), 1 / m is 1: it is as likely as none.
+Both forms of a law that has another (``Effect.other_law``) share the prior of their effect.
 Source: Kass and Raftery, Bayes factors, J. Am. Stat. Assoc. 90 (1995) 773.
 """
 
@@ -50,7 +51,8 @@ def probable_answers(
             if std < stated:  # else the stated standard deviation, which the intervals include, is the smaller one
                 odds[name] = bayes_factor(float(beside.estimate[name][0]), std, min(sigma, stated))
     count = sum(n not in always for n in odds)
-    odds = {n: factor if n in always else factor / count for n, factor in odds.items()}
+    forms = {n: 1 + (model.setup.candidates[n].other_law is not None) for n in odds}
+    odds = {n: factor if n in always else factor / (count * forms[n]) for n, factor in odds.items()}
     total = 1.0 + sum(odds.values())
     found: list[tuple[CandidateModel, float]] = []
     for name, factor in odds.items():

@@ -165,11 +165,11 @@ class Effect:
 
 
 def in_other_form(effect: Effect) -> Effect | None:
-    """The effect with its other law; None where it has none."""
+    """The effect with its two laws exchanged; None where it has one."""
     if effect.other_law is None:
         return None
     laws = {on: effect.other_law if law is effect.law else law for on, law in effect.laws.items()}
-    return replace(effect, laws=laws, other_law=None)
+    return replace(effect, laws=laws, other_law=effect.law)
 
 
 def enlarged(effect: Effect, factors: Mapping[str, float]) -> Effect:
