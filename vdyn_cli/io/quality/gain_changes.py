@@ -2,6 +2,7 @@
 
 For two tied channels, y = g x + c with one gain g, in windows of half a second, or four samples at low rates. Each
 window is tried as the time of the change; the one with the least sum of squares gives the gains before and after.
+A change of the speed's gain that the ratio to an acceleration does not show is found by the jump of the speed.
 """
 
 from __future__ import annotations
@@ -54,8 +55,8 @@ def gain_changes(log: Log) -> tuple[GainChange, ...]:
     ----------
     log : channels in SI, NaN where a sample is missing or cut.
     """
-    found = (changed_gain(tie) for tie in _ties(log))
-    return tuple(one for one in found if one is not None)
+    found = tuple(one for tie in _ties(log) if (one := changed_gain(tie)) is not None)
+    return found if found else tuple(_jumps(log))
 
 
 def gain_change_findings(log: Log) -> Iterator[Finding]:
@@ -69,14 +70,46 @@ def gain_change_findings(log: Log) -> Iterator[Finding]:
         yield Finding(log.name, what, "", remedy, fault=True, doubt=True)
 
 
+def _jumps(log: Log) -> Iterator[GainChange]:
+    """A change of the speed's gain by the jump of a moving car's speed that its acceleration does not contain.
+
+    The jump exceeds the difference of both in any other window by ``jump_ratio``, and their standard deviation by
+    ``gain_change_t``. A wrong fix jumps back, so that another window has the same difference.
+    """
+    name = "speed" if "speed" in log else "vehicle_speed"
+    edges = _windows(log)
+    if edges is None or not {name, "acceleration"} <= log.channels.keys():
+        return
+    speed = np.abs(log[name][edges])
+    apart = np.diff(log[name][edges]) - _integrals(log.time, log["acceleration"], edges)
+    moving = np.isfinite(apart) & (np.minimum(speed[1:], speed[:-1]) > QUALITY.rolling_speed)
+    if np.count_nonzero(moving) < QUALITY.fewest_tie_windows:
+        return
+    apart, time, after = fast_changes(apart[moving]), log.time[edges[1:]][moving], log[name][edges[1:]]
+    at = int(np.argmax(np.abs(apart)))
+    jump, others = apart[at], np.delete(apart, at)
+    beside = np.abs(np.arange(others.size) - at + 0.5) < 1.0  # a filtered jump lasts for two windows
+    factor = 1.0 - float(jump / after[moving][at])
+    largest = float(np.abs(others[~(beside & (others * jump > 0.0))]).max())
+    least = max(QUALITY.jump_ratio * largest, QUALITY.gain_change_t * float(others.std()))
+    sides = min(at, others.size - at) >= QUALITY.fewest_tie_windows // 3
+    if sides and abs(jump) > least and abs(factor - 1.0) >= QUALITY.least_gain_change:
+        yield GainChange(f"acceleration against {name}", float(time[at]), factor)
+
+
+def _windows(log: Log) -> Rows | None:
+    """The index of the first sample of each window; None for a log with too few windows."""
+    if log.time.size < QUALITY.fewest_tie_windows:
+        return None
+    window = max(QUALITY.tie_window, QUALITY.window_samples * float(np.median(np.diff(log.time))))
+    return None if log.duration < QUALITY.fewest_tie_windows * window else _edges(log.time, window)
+
+
 def _ties(log: Log) -> Iterator[Tie]:
     name = "speed" if "speed" in log else "vehicle_speed"
-    if log.time.size < QUALITY.fewest_tie_windows:
+    edges = _windows(log)
+    if edges is None:
         return
-    window = max(QUALITY.tie_window, QUALITY.window_samples * float(np.median(np.diff(log.time))))
-    if log.duration < QUALITY.fewest_tie_windows * window:
-        return
-    edges = _edges(log.time, window)
     if name in log:
         if name == "speed":
             for wheel in WHEEL_SPEEDS:
@@ -84,7 +117,7 @@ def _ties(log: Log) -> Iterator[Tie]:
                     what = f"{wheel} against {name}"
                     yield _rolling(_mean_tie(what, log, edges, log[wheel], log[name], QUALITY.rolling_speed))
         if "position" in log:
-            wide = _edges(log.time, max(window, log.duration / QUALITY.position_windows))
+            wide = _edges(log.time, max(log.duration / edges.size, log.duration / QUALITY.position_windows))
             moved = np.abs(np.diff(log["position"][wide]))
             driven = _integrals(log.time, np.abs(log[name]), wide)
             gained = np.diff(log[name][wide])
@@ -167,9 +200,9 @@ def _finite(tie: Tie) -> Tie:
 def changed_gain(tie: Tie) -> GainChange | None:
     """The most likely change of a tie's gain; None if it is not significant, abrupt and large enough.
 
-    It exceeds ``least_gain_change`` and ``gain_change_t``, and leaves less than ``abrupt_share`` of the sum of squares
-    that a cubic drift of the gain leaves. Of a tie with a constant, which drifts as the hills in a specific force do,
-    only the fast changes are compared, and the step explains ``stepped_share`` of what such a drift explains. It is no
+    It exceeds ``least_gain_change`` and ``gain_change_t``, and explains ``abrupt_explained`` of the squares that a
+    cubic drift of the gain explains. Of a tie with a constant, which drifts as the hills in a specific force do, only
+    the fast changes are compared, and the step explains ``stepped_share`` of what such a drift explains. It is no
     delay: when the pedal is released, a speed that is late by 0.25 s turns from 1 % too low to 1 % too high.
     """
     if tie.x.size < QUALITY.fewest_tie_windows:
@@ -182,12 +215,12 @@ def changed_gain(tie: Tie) -> GainChange | None:
     if not g * h > 0.0 or abs(h / g - 1.0) < QUALITY.least_gain_change or t < QUALITY.gain_change_t:
         return None
     against = stepped_share(y, x, k, drifting(x))
-    drifts = (
-        (1.0 - share) * against < QUALITY.stepped_share * (against - share)
-        if tie.constant
-        else against >= QUALITY.abrupt_share
-    )
-    if drifts or _delayed(tie, k) or (tie.constant and not _both_ways(y, x, k, h / g)):
+    least = QUALITY.stepped_share if tie.constant else QUALITY.abrupt_explained
+    if (
+        (1.0 - share) * against < least * (against - share)
+        or _delayed(tie, k)
+        or (tie.constant and not _both_ways(y, x, k, h / g))
+    ):
         return None
     return GainChange(tie.what, float(tie.time[k - 1]), h / g)
 
@@ -205,9 +238,9 @@ def likely_change(y: Array, x: Array) -> tuple[int, float, float, float, float] 
     """The index k at which y = g x before and y = h x after leave the least sum of squares: (k, g, h, t, share).
 
     t is the difference of both gains in standard errors, the larger of those by the residual's autocorrelation at one
-    lag and by the autocovariances of x times residual: what else y contains, such as the road's slope in a specific
-    force, lasts for many windows. ``share`` is the sum of squares relative to that with one gain. None if no k leaves
-    enough of x on both sides.
+    lag (-0.5 for the changes of a noisy position, as neighbors share a reading) and by the autocovariances of x times
+    residual: what else y contains, such as the road's slope in a specific force, lasts for many windows. ``share`` is
+    the sum of squares relative to that with one gain. None if no k leaves enough of x on both sides.
 
     Parameters
     ----------
@@ -230,7 +263,7 @@ def likely_change(y: Array, x: Array) -> tuple[int, float, float, float, float] 
     k, g, h = int(at[best]), float(first[best]), float(second[best])
     residual = y - np.where(np.arange(n) < k, g, h) * x
     squares = float(residual @ residual)
-    lag = float(np.clip(residual[1:] @ residual[:-1] / max(squares, 1e-300), 0.0, 0.9))
+    lag = float(np.clip(residual[1:] @ residual[:-1] / max(squares, 1e-300), -0.5, 0.9))
     variance = squares / max(n - 3, 1) * (1.0 + lag) / (1.0 - lag)
     white = variance * (1.0 / before[best] + 1.0 / after[best])
     lasting = (
