@@ -83,38 +83,34 @@ class CsvReader:
                 numbers.columns[i], units[i] = since_first(of_day), "s"
                 begins[i] = float(of_day[np.isfinite(of_day)][0])
         columns = numbers.columns
-        most = max((_written(columns[i]) for i in timed), default=0)
-        order = sorted(
-            timed,
-            key=lambda i: (
-                *(not has_usual_rate(columns[i], units[i]), _written(columns[i]) < _COMPLETE * most),
-                *(not is_clock(names[i]), _is_coarse(columns[i])),
-            ),
-        )
         of_tables = [i for i, cell in names.items() if i not in text and may_be_clock(cell, units[i])]
-        beside = separate_clocks(layout.header, {i: numbers.columns[i] for i in of_tables})
-        if beside and are_complete(beside, numbers.columns):
+        beside = separate_clocks(layout.header, {i: columns[i] for i in of_tables})
+        if beside and are_complete(beside, columns):
             yield from recorded(TablesBeside(layout, numbers, beside, text))
             return
-        clocks = [i for i in order if rises(numbers.columns[i])]
-        clocks = clocks or [i for i in order if is_clock(names[i], units[i]) and rises_but_for(numbers.columns[i])]
-        late = 0
+        most = max((_written(columns[i]) for i in timed), default=0)
+        rising = [i for i in timed if rises(columns[i])]
+        rising = rising or [i for i in timed if is_clock(names[i], units[i]) and rises_but_for(columns[i])]
+
+        def doubts(i: int) -> tuple[bool, ...]:
+            few = _written(columns[i]) < _COMPLETE * most
+            return not has_usual_rate(columns[i], units[i]), few, not is_clock(names[i]), _is_coarse(columns[i])
+
+        clock, late = min(rising, key=doubts, default=None), 0
         time: Array | None = None
-        source: dict[int, UnitFrom] = dict.fromkeys(names, "file")
-        if clocks:
-            raw, at = numbers.columns[clocks[0]], clocks[0]
-            units[at], source[at] = clock_unit(names[at], units[at], raw)
+        unit_from: UnitFrom = "file"
+        if clock is not None:
+            raw = columns[clock]
+            units[clock], unit_from = clock_unit(names[clock], units[clock], raw)
             late = rises_but_for(raw) and int(np.count_nonzero(late_rows(raw) & ~_repeated(columns.values())))
-            time = clock_seconds(raw if rises(raw) else np.where(late_rows(raw), np.nan, raw), units[at])
+            time = clock_seconds(raw if rises(raw) else np.where(late_rows(raw), np.nan, raw), units[clock])
             if abs(time[np.isfinite(time)][0]) < _FROM_START:
-                begins.setdefault(at, layout.start)
+                begins.setdefault(clock, layout.start)
         for i, name in names.items():
-            values = None if i in text else time if i in clocks[:1] else numbers.columns[i]
+            values = None if i in text else time if i == clock else columns[i]
             device = layout.sources[i].strip() if layout.sources else ""
-            info = channel_info(name, units[i], time, values, source=device)
-            late_here = late if i in clocks[:1] else 0
-            info = replace(info, begin=begins.get(i, math.nan), unit_from=source[i], late=late_here)
-            yield Recorded(info, time, values)
+            info = replace(channel_info(name, units[i], time, values, source=device), begin=begins.get(i, math.nan))
+            yield Recorded(replace(info, unit_from=unit_from, late=late) if i == clock else info, time, values)
 
     def read(self, path: Path, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:
         """The mapped columns in the file's units; see ``vdyn_cli.io.reader.Reader``.
