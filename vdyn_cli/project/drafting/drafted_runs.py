@@ -43,6 +43,10 @@ _SEVERAL_RUNS = (
     "# by the part in which their names differ.",
 )
 _ALONE = "no matching log of the other logger"
+_NOT_RELATED = (
+    "and no mapped channel relates its clock to the first one: map two channels of the same, or write 'delay: 0 s' if "
+    "both have one clock"
+)
 
 
 @dataclass(frozen=True)
@@ -175,25 +179,19 @@ def _loggers(step: Step, runs: Runs, useful: Sequence[int]) -> tuple[list[str], 
     reference: list[str] = []  # channels of the first logger, whose clock is that of the runs
     for k in useful:
         elsewhere = mapped if k == useful[-1] else tuple(step.channels())  # the last one's lines state what none has
-        own, found, open_ones = channel_lines(step, runs[0][k], [run[k] for run in runs], False, elsewhere)
-        log = runs[0][k]
+        logs = [run[k] for run in runs]
+        log = logs[0]
+        own, found, open_ones = channel_lines(step, log, logs, False, elsewhere)
         if "speed" not in found:
             first = reference if k != useful[0] else runs[0][useful[-1]].columns()
-            wheel = (
-                None if any(t.order == 0 for t in ties(first, found)) else _wheel_speed(step, [run[k] for run in runs])
-            )
-            if wheel is not None and ties(first, [wheel[0]]):
+            alike = any(t.order == 0 for t in ties(first, found))  # not one the derivative of the other
+            if not alike and (wheel := _wheel_speed(step, logs)) and ties(first, [wheel[0]]):
                 own = [line for line in own if not line.startswith(UNUSED)] + wheel[1]
                 own, found = [*own, *unused_columns(log, own)], [*found, wheel[0]]
-            tied = sorted(ties(first, found), key=lambda tie: tie.order != 0)
-            how = (
-                f"its clock is aligned by {tied[0]}"
-                if tied
-                else "and no mapped channel relates its clock to the first one: map two channels of the same, "
-                "or write 'delay: 0 s' if both have one clock"
-            )
+            tie = min(ties(first, found), key=lambda tie: tie.order != 0, default=None)
+            how = f"its clock is aligned by {tie}" if tie else _NOT_RELATED
             own.append(f"  # another logger of the run, not a run: it has no speed; {how}")
-            undecided += [] if tied else [f"channel to align {log.path.name} on"]
+            undecided += [] if tie else [f"channel to align {log.path.name} on"]
         reference = found if k == useful[0] else reference
         lines += [f"  - channels:               # {log.path.name}", *("    " + line for line in own)]
         mapped += found
