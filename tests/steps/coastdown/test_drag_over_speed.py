@@ -33,6 +33,7 @@ def test_a_car_that_sinks_with_speed_has_its_drag_areas_in_the_interval() -> Non
     assert low == pytest.approx(steeper - 0.05)
     assert high > 0.56
     assert "m^2 at 18 km/h" in found.finding().what
+    assert ",," not in found.finding().what
 
 
 def test_a_rolling_resistance_that_grows_faster_than_in_proportion_has_its_drag_area_in_the_interval() -> None:

@@ -59,15 +59,20 @@ def speed_falls(
     recording : of the file, counted from 1. speed : its column and unit. falls : first and last time, s, of each.
     """
     facts, unit = speed
-    samples = [(r.info.name, r.time, r.values) for r in one_recording(recorded_channels(path), recording)]
-    own = next((t, v) for n, t, v in samples if n == facts.info.name and t is not None and v is not None)
+    samples = [
+        (r.info, r.time, r.values)
+        for r in one_recording(recorded_channels(path), recording)
+        if r.time is not None and r.values is not None
+    ]
+    here = facts.info.name, facts.info.group
+    time, values = next((t, v) for info, t, v in samples if (info.name, info.group) == here)
     try:
-        time, values = own[0], np.abs(to_si(own[1], unit, "m/s"))
+        values = np.abs(to_si(values, unit, "m/s"))
     except UnitError:
         return [SpeedFall(*fall) for fall in falls]
     known = np.isfinite(time) & np.isfinite(values)
     time, values = time[known], values[known]
-    signals = [(n, t, v) for n, t, v in samples if t is not None and v is not None and _is_signal(n)]
+    signals = [(info.name, t, v) for info, t, v in samples if _is_signal(info.name)]
     states = [(n, *_driving(n, t, v, np.interp(t, time, values))) for n, t, v in signals]
     found = []
     for start, stop in falls:

@@ -59,7 +59,7 @@ def without_filtered_start(segments: Sequence[CoastSegment]) -> KeptAndRejected:
         return list(segments), []
     if gradual:
         why = f"after the held speed the deceleration of all runs sets in with a time constant of {lag:.2g} s: "
-        why += "the receiver filters the speed, or the pedal was released slowly."
+        why += "the receiver filters the speed, or the pedal was released slowly"
     else:
         why = f"the speed of all runs lags by {lag:.2g} s at the start of the coast: the receiver probably filters it"
     return without_starts(segments, starts, SETTLED * lag, lag, why)

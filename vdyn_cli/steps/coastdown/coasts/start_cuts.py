@@ -20,7 +20,8 @@ def without_starts(
     Parameters
     ----------
     starts : of each segment, the log from the start of the coast (``from_start``). length : s, that is cut from it.
-    slack : s, by which a span that the user keeps may be shorter at either end of the cut. why : a sentence.
+    slack : s, by which a span that the user keeps may be shorter at either end of the cut.
+    why : a sentence without a period.
     """
     found: list[CoastSegment] = []
     rejected: list[RejectedSegment] = []
@@ -31,7 +32,7 @@ def without_starts(
             continue
         keep = f"[{{channel: speed, from: {begin:.6g} s, to: {until:.6g} s}}]"
         found.append(one.rows(one.log.time > until))
-        rejected.append(RejectedSegment(one.name, begin, until, f"{why} To use it, add 'keep: {keep}' to the run"))
+        rejected.append(RejectedSegment(one.name, begin, until, f"{why}. To use it, add 'keep: {keep}' to the run"))
     return found, rejected
 
 

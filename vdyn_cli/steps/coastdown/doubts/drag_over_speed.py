@@ -50,8 +50,8 @@ class DragOverSpeed:
     def finding(self) -> Finding:
         """A note that the intervals include these laws."""
         what = (
-            f"a force that increases with speed is collinear with {', and with '.join(self.text)} for the same road "
-            "load; the intervals of rolling resistance and drag area include them"
+            f"a force that changes with speed is collinear with {', and with '.join(self.text)}: the road load is the "
+            "same; the intervals of rolling resistance and drag area include them"
         )
         remedy = "coast down with ride height and shutter fixed, or give the drag area from a wind tunnel ('fix')"
         return Finding("drag_area", what, remedy=remedy)
@@ -74,12 +74,12 @@ def drag_over_speed(load: RoadLoad, speeds: tuple[float, float], mass: float, de
             areas += [slow, fast]
             text.append(
                 f"a drag area that changes with speed (ride height, grille shutter), {slow:.2f} m^2 at"
-                f" {3.6 * speeds[0]:.0f} km/h and {fast:.2f} m^2 at {3.6 * speeds[1]:.0f} km/h,"
+                f" {3.6 * speeds[0]:.0f} km/h and {fast:.2f} m^2 at {3.6 * speeds[1]:.0f} km/h"
             )
     if (steeper := _same_load(load, speed, mass * GRAVITY * speed**1.5, mass, density)) is not None:
         rolling.append(steeper[0])
         areas.append(steeper[1])
-        text.append(f"a rolling resistance that increases with V^1.5 and a drag area of {steeper[1]:.2f} m^2")
+        text.append(f"a rolling resistance that changes with V^1.5 and a drag area of {steeper[1]:.2f} m^2")
     return DragOverSpeed(tuple(rolling), tuple(areas), tuple(text)) if areas else None
 
 
