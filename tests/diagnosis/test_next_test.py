@@ -114,7 +114,7 @@ def test_the_logs_of_the_manoeuvre_tell_as_much(tmp_path: Path) -> None:
     for seed in SEEDS:
         plan, hidden = promised(seed, "headwind", "road_grade"), {"headwind": HIDDEN["headwind"]}
         later = bench(random_vehicle(seed), with_it(seed, plan), hidden, tmp_path)
-        ratios.append(plan.t / ExperimentDesigner(later).now(beside(later, hidden, "road_grade")))
+        ratios.append(plan.t / ExperimentDesigner(later).driven_separation(beside(later, hidden, "road_grade")))
     assert median(ratios) == pytest.approx(1.0, abs=0.25)
 
 
@@ -205,7 +205,7 @@ def designed(*manoeuvres: Manoeuvre) -> ExperimentDesigner:
 def test_information_adds_up_over_runs() -> None:
     designer = designed(lines({"slope": 3.0}))
     asked = [Contrast({"slope": 0.2}, (*designer.strategy.model.base_unknowns, "wind"))]
-    now, plan = designer.now(asked), designer.best(asked)
+    now, plan = designer.driven_separation(asked), designer.best(asked)
     assert plan is not None
     assert plan.t == pytest.approx(np.sqrt(now**2 + plan.runs * (3.0 * 0.2) ** 2), rel=1e-6)
 
@@ -234,7 +234,7 @@ def test_what_is_another_on_another_day_tells_nothing_of_this_one() -> None:
     asked = [Contrast({"slope": 0.2}, ("level", "bend", "wind"))]
     plan = designer.best(asked)
     assert plan is not None
-    assert plan.t == pytest.approx(designer.now(asked))
+    assert plan.t == pytest.approx(designer.driven_separation(asked))
     settled = designed(same).best(asked)
     assert settled is not None
     assert settled.t >= POLICY.separated_t

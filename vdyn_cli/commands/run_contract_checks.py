@@ -61,5 +61,5 @@ def _all_checks(name: str, example: Path | None, known: tuple[Path, ...]) -> Map
 def _given(example: Path | None, name: str, kind: str) -> Path:
     if example is None:
         remedy = f"write 'vdyn test-plugin {name} {kind}'"
-        raise InputError(Finding(name, f"is tested on a {kind}, and none is named", remedy=remedy))
+        raise InputError(Finding(name, f"its test needs a {kind}, and none is given", remedy=remedy))
     return example

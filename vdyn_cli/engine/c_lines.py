@@ -35,7 +35,7 @@ _OTHERS: Mapping[int, Callable[[Sequence[str]], str]] = {
 }
 
 
-def number(value: float) -> str:
+def c_literal(value: float) -> str:
     """A C literal that reads back as the same double.
 
     Raises
@@ -72,7 +72,7 @@ class CBody:
 
 
 def _literal(value: float) -> str:
-    return number(value) if not math.copysign(1.0, value) < 0 else f"({number(value)})"
+    return c_literal(value) if not math.copysign(1.0, value) < 0 else f"({c_literal(value)})"
 
 
 def _expression(op: int, a: Sequence[str]) -> str:

@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 import casadi as ca
 
-from vdyn_cli.engine.c_lines import CBody, number
+from vdyn_cli.engine.c_lines import CBody, c_literal
 from vdyn_cli.engine.evaluation_order import ordered
 from vdyn_cli.engine.graph import Graph, column, refuse_unknown, symbols
 
@@ -152,7 +152,7 @@ class _Printer:
         lines = [f"/* {title} */", f'#include "{self.name}.h"', "", "#include <math.h>", ""]
         lines += [f"const {self.name}_parameters {self.name}_defaults = {{"]
         names = self.fields["parameters"]
-        lines += [f"    {number(v)}, /* {n} */" for n, v in zip(names, defaults, strict=True)] or ["    0.0"]
+        lines += [f"    {c_literal(v)}, /* {n} */" for n, v in zip(names, defaults, strict=True)] or ["    0.0"]
         lines += ["};", "", *self._field(graph.field), "", *self._stage_functions(), "", *self._stepping(), ""]
         lines += [*self._reading(), "", *self._starting(graph, start), ""]
         return "\n".join(lines)
@@ -233,10 +233,10 @@ class _Printer:
             body = [*names, *empty, *(line.format("before", "after", "y") for line in stages)]
         else:
             names = [f"{n}_state s, k1, k2, k3, k4;", f"{n}_input a = *before, b, m;"]
-            names += [f"const double h = dt / {number(sub)};", "int i;"]
+            names += [f"const double h = dt / {c_literal(sub)};", "int i;"]
             looped = [
                 f"if (i < {sub}) {{",
-                f"    between(&b, before, after, (double)i / {number(sub)});",
+                f"    between(&b, before, after, (double)i / {c_literal(sub)});",
                 "} else {",
                 "    b = *after;",
                 "}",

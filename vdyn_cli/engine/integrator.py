@@ -116,7 +116,7 @@ class Integrator:
             np.empty((self.readings, n, self.unknowns)),
             np.empty((self.states, n if with_trajectory else 0)),
         )
-        work = list(zip(self.kernels, self.rows, blocks(self.unknowns), strict=True))
+        work = list(zip(self.kernels, self.rows, direction_slices(self.unknowns), strict=True))
         several = self.at_once and grid.steps.size >= WORTH_A_THREAD
         workers = min(len(work), os.cpu_count() or 1) if several else 1
         if workers < 2:
@@ -161,10 +161,11 @@ class Integrator:
                 )
 
 
-def blocks(unknowns: int) -> list[slice]:
-    """Slices of the unknowns, one per kernel, about equal and of at most MOST_DIRECTIONS; one empty one without any.
+def direction_slices(unknowns: int) -> list[slice]:
+    """Slices of the tangent directions (unknowns), one per kernel, about equal and of at most MOST_DIRECTIONS.
 
-    They are cut between full groups of GROUP directions, because a kernel pads the last group.
+    One empty slice if there are no unknowns. They are cut between full groups of GROUP directions, because a kernel
+    pads the last group.
     """
     groups = max(1, -(-unknowns // GROUP))
     size = GROUP * -(-groups // -(-groups * GROUP // MOST_DIRECTIONS))

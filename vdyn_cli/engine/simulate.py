@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from vdyn_cli.engine.backend import Backend, build, chosen
 from vdyn_cli.engine.drive import Drive, Simulated
 from vdyn_cli.engine.graph import refuse_unknown, trace
-from vdyn_cli.engine.integrator import Grid, GridReadings, Integrator, blocks, grid
+from vdyn_cli.engine.integrator import Grid, GridReadings, Integrator, direction_slices, grid
 from vdyn_cli.engine.kernel import Kernel, Seeds, in_groups
 from vdyn_cli.engine.lead import read_ahead
 from vdyn_cli.engine.model import Model
@@ -161,7 +161,7 @@ class Simulator:
         start, seeds = self._start(packed, first_inputs, everything[:count], everything[count:])
         k = self._seeds.shape[1] if sensitivities else 0
         kernels, rows = self._kernels(k), []
-        for kernel, some in zip(kernels, blocks(k), strict=True):
+        for kernel, some in zip(kernels, direction_slices(k), strict=True):
             tangents = in_groups(seeds[:, some], kernel.directions, kernel.width)
             z = np.concatenate([tangents.ravel(), start + 0.0])  # -0.0 becomes 0.0
             rows.append(z)
@@ -235,7 +235,7 @@ class Simulator:
                 live = self._graph.live(frozenset(p for p in own if p < count), seeded) if unknowns else frozenset()
                 self._built[kind] = [
                     build(self._graph, Seeds(self._seeds[count:, some], seeded, live), self._backend)
-                    for some in blocks(unknowns)
+                    for some in direction_slices(unknowns)
                 ]
         return self._built[kind]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from vdyn_cli.engine.c_lines import number
+from vdyn_cli.engine.c_lines import c_literal
 from vdyn_cli.engine.c_source import CProgram
 
 _TEMPLATE = r"""/* FMI 2.0 co-simulation interface of {name}.c. */
@@ -334,7 +334,7 @@ def source(program: CProgram, variables: Sequence[str], step: float) -> str:
     first_input = 1 + len(program.parameters)
     return _TEMPLATE.format(
         name=program.name,
-        step=number(step),
+        step=c_literal(step),
         count=len(members),
         first_input=first_input,
         first_output=first_input + len(program.inputs),

@@ -79,7 +79,7 @@ class ChannelTraces:
 
 @dataclass(frozen=True)
 class Panel:
-    """The panel of a run: its x range, and its px range in the row."""
+    """The panel of a run: from ``start`` to ``end`` in x, ``left`` and ``width`` in px within the row."""
 
     trace: RunTrace
     start: float

@@ -71,9 +71,11 @@ def expected_information(prepared: PreparedStep, runs: int) -> ExpectedInformati
     def contrast(effect: str, *beside: str) -> Contrast:
         return typical_contrast(model, effect, beside)
 
-    revealed = [n for n in found.testable if n in single and designer.now([contrast(n)]) >= POLICY.separated_t]
+    revealed = [
+        n for n in found.testable if n in single and designer.driven_separation([contrast(n)]) >= POLICY.separated_t
+    ]
     pairs: list[Question] = [((a, b), (contrast(a, b), contrast(b, a))) for a, b in combinations(revealed, 2)]
-    apart = [(pair, designer.now(pair[1])) for pair in pairs]
+    apart = [(pair, designer.driven_separation(pair[1])) for pair in pairs]
     confused = sorted(((p, t) for p, t in apart if t < POLICY.separated_t), key=lambda pair: pair[1])
     unseen: list[Question] = [((u.effect,), (contrast(u.effect),)) for u in undetectable if u.effect in single]
     return ExpectedInformation(

@@ -116,8 +116,8 @@ class ExperimentDesigner:
         rows_left[:, ~anew] = left
         return rows_left
 
-    def now(self, contrasts: Sequence[Contrast], times: float = 1.0) -> float:
-        """The separation t by the driven runs, or by ``times`` as many; it grows with the root."""
+    def driven_separation(self, contrasts: Sequence[Contrast], times: float = 1.0) -> float:
+        """The ``separation`` t by the driven runs, or ``times`` as many; without priors it grows with sqrt(times)."""
         return self.separation(self._driven[0] * sqrt(times), contrasts)
 
     def best(self, contrasts: Sequence[Contrast]) -> PlannedTest | None:

@@ -89,7 +89,7 @@ def _planned(
     """The planned manoeuvre, if it helps. ``of``: text on the assumed amplitude, if none was estimated."""
     if best is None or best.t < HELPFUL:
         return []
-    text = f"{best.text} (t is {designer.now(contrasts):.1f} now{of})"
+    text = f"{best.text} (t is {designer.driven_separation(contrasts):.1f} now{of})"
     return [_next_test(text, separates, round(best.t, 1), best.runs)]
 
 
@@ -100,11 +100,11 @@ def _repeated(
     best: PlannedTest | None,
 ) -> list[NextTest]:
     """More runs of the same kind, if fewer than those of the planned manoeuvre suffice."""
-    now, model = designer.now(contrasts), designer.strategy.model
+    now, model = designer.driven_separation(contrasts), designer.strategy.model
     further = ceil(model.run_count * ((POLICY.separated_t / now) ** 2 - 1)) if now > 0 else MOST_RUNS + 1
     if not 0 < further <= MOST_RUNS or (best is not None and best.t >= POLICY.separated_t and further >= best.runs):
         return []
-    t = designer.now(contrasts, 1 + further / model.run_count)
+    t = designer.driven_separation(contrasts, 1 + further / model.run_count)
     return [_next_test(f"{further} more {model.setup.run}s of the same kind", separates, round(t, 1), further)]
 
 

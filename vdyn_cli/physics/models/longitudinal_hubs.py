@@ -56,7 +56,7 @@ class Hub:
 
 
 def hub_states(e: ModelBuilder, end: str) -> tuple[Number, Number]:
-    """Offset e, m, and rate e', m/s, of an axle's hubs."""
+    """Offset e, m, and rate e', m/s, of the hubs of an axle: ``end`` is "front" or "rear"."""
     return e.state(f"hub_{end}"), e.state(f"hub_rate_{end}")
 
 

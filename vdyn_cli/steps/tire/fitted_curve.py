@@ -22,9 +22,12 @@ GRID = 300  # slips, on which the peak of a curve is searched
 
 @dataclass(frozen=True)
 class FittedCurve:
-    """The fitted curve; ``peak`` is the slip of its peak, None where the sweeps do not determine it.
+    """The fitted curve of friction over slip.
 
-    ``others`` are fits in other minima that the sweeps do not reject.
+    Parameters
+    ----------
+    peak : slip of the largest friction; None where the sweeps do not determine it.
+    others : fits in other minima that the sweeps do not reject.
     """
 
     fit: TireCurveProblem

@@ -251,7 +251,7 @@ def _holding(found: RoadFindings) -> Table:
     ]
     return Table(
         "holding_force",
-        "Drive force that holds a speed on the level",
+        "Drive force that holds a speed on a level road",
         ("speed [km/h]", "force [N]", "+-", "95 %"),
         tuple(rows),
         "Torque x gear ratio / radius at the sensor, in still air at the drives' mean temperature, driveline losses "

@@ -54,7 +54,7 @@ def mean_wind(fit: RoadLoadFit) -> float:
 
 
 def sheltered_wind_finding(fit: RoadLoadFit, shift: Mapping[str, float]) -> tuple[Finding, ...]:
-    """A note where the shift lengthens an interval of the fit by a tenth."""
+    """A note where a shift of rolling resistance or drag area (m^2) lengthens its interval by a tenth."""
     if not is_material(fit, shift):
         return ()
     what = (

@@ -94,7 +94,7 @@ class RoadFindings:
     ----------
     names : of the drives; ``roads`` and ``zeros`` (m/s^2) have the same order.
     common_zero : the accelerometer's zero shared by all drives if it was estimated, else the mean over the drives.
-    holding : by speed of HOLDING_KMH, the drive force (torque x ratio / radius) that holds it on the level, N.
+    holding : by speed of HOLDING_KMH, the drive force (torque x ratio / radius) that holds it on a level road, N.
     seasons : cold against warm drives; None if all temperatures are similar.
     held_out : None with fewer than ``FEWEST_DRIVES`` drives.
     """
@@ -166,7 +166,7 @@ def _combined(solution: Solution, value: float, slopes: Mapping[str, float]) -> 
 def _holding(
     setup: SimulationSetup, solution: Solution, speed: float, temperature: float
 ) -> tuple[float, dict[str, float]]:
-    """Drive force, by the torque sensor, that holds a warm car's speed on the level in still air, N, and its gradient.
+    """Drive force, by the torque sensor, that holds a warm car's speed on a level road in still air, N; its gradient.
 
     T = T1 a(0) / (a(0) - a(T1)), force T i / r, with a(T) the acceleration at a torque T. The force includes driveline
     losses, so that mass and loss, which are nearly collinear in the drives, are not needed separately.
