@@ -62,7 +62,7 @@ def section_lock(folder: Path) -> Iterator[None]:
         yield
 
 
-def clean(folder: Path) -> None:
+def remove_leftovers(folder: Path) -> None:
     """Remove temporary files of killed processes from a folder that the caller has locked."""
     remove_temporaries(folder)
     remove_temporaries(folder / FOLDER)

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from vdyn_cli.commands.console import Tell
-from vdyn_cli.commands.result_files import clean, read_section, write_document
+from vdyn_cli.commands.result_files import read_section, remove_leftovers, write_document
 from vdyn_cli.commands.run_step import write_report
 from vdyn_cli.commands.step_processes import side_by_side
 from vdyn_cli.io.files import sha256, write_together
@@ -42,7 +42,7 @@ def run_pipeline(path: Path, folder: Path, *, keep_going: bool, jobs: int, tell:
 
     spec, source, tasks = load_plan(path)
     with pipeline_lock(folder):
-        clean(folder)
+        remove_leftovers(folder)
         outcomes = _run(tasks, folder, keep_going, jobs, _outcome_printer(tell, len(tasks)))
         found = parameter_set(spec, source, outcomes)
         # Written together, so that the page always shows the parameters of the JSON.

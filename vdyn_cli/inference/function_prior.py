@@ -63,7 +63,7 @@ class FunctionEvidence:
     variance: Array
 
 
-def evidence(information: Array, score: Array, variance: Array) -> FunctionEvidence:
+def function_evidence(information: Array, score: Array, variance: Array) -> FunctionEvidence:
     """Evidence for coefficients a ~ N(0, diag variance) in y = H a + noise of unit variance.
 
     gain = 1/2 [g' (A + S^-1)^-1 g - log det(1 + S^1/2 A S^1/2)],   A = H'H, g = H'y
@@ -87,12 +87,12 @@ def best_evidence(information: Array, score: Array, orders: Array, size: float, 
 
     Parameters
     ----------
-    information, score : (n, n) A and (n,) g, as in ``evidence``.
+    information, score : (n, n) A and (n,) g, as in ``function_evidence``.
     orders : (n / copies,) orders of the cosines of one function. size : plausible amplitude of the function.
     copies : number of functions with the same size and length, whose coefficients are concatenated.
     """
     tried = [
-        evidence(information, score, np.tile((factor * size) ** 2 * spectrum(orders, length), copies))
+        function_evidence(information, score, np.tile((factor * size) ** 2 * spectrum(orders, length), copies))
         for length in LENGTHS
         for factor in SIZES
     ]

@@ -11,7 +11,7 @@ HUBER_ROUNDS = 10  # reweightings with Huber's weights
 HUBER = 1.345  # standard deviations: 95 % efficient for normal noise
 
 
-def least_squares(columns: Array, y: Array) -> tuple[Array, Array]:
+def ordinary_least_squares(columns: Array, y: Array) -> tuple[Array, Array]:
     """Coefficients (k,) of least squares, and the residual (n,).
 
     Parameters

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.cg.load_windows import cut_windows, integrated_speed, rolling
+from vdyn_cli.steps.cg.load_windows import cut_windows, integrated_speed, rolling_flag
 
 TIME = np.arange(0.0, 26.0, 0.01)
 
@@ -34,6 +34,6 @@ def test_a_run_that_ends_faster_than_it_began_keeps_its_gain() -> None:
 def test_wheels_roll_only_while_the_car_moves() -> None:
     log, true = ride(zero=0.05)
     windows = cut_windows(log)
-    assert np.mean(windows.channels["rolling"] != rolling(true)) < 0.05
+    assert np.mean(windows.channels["rolling"] != rolling_flag(true)) < 0.05
     logged = cut_windows(log.with_channels(speed=true))
-    np.testing.assert_array_equal(logged.channels["rolling"], rolling(true))
+    np.testing.assert_array_equal(logged.channels["rolling"], rolling_flag(true))

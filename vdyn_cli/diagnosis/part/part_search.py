@@ -20,7 +20,7 @@ from vdyn_cli.diagnosis.strategies.full_model import LEAST_STEP
 from vdyn_cli.diagnosis.strategies.linearized_system import LinearizedSystem, Projection, linearize, linearized_system
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.inference import Regression, Solution, Unknown, solve
-from vdyn_cli.inference.function_prior import FunctionEvidence, best_evidence, evidence
+from vdyn_cli.inference.function_prior import FunctionEvidence, best_evidence, function_evidence
 from vdyn_cli.inference.linearized_regression import linearized
 from vdyn_cli.inference.qr_factors import orthonormal
 from vdyn_cli.inference.regression import prior_rows
@@ -250,7 +250,7 @@ def _gains(
         information, score = projected.information(strategy.model.amplitudes(name))
         every = [effect.unknowns[n] for n in amplitudes_of(effect)]
         ranges = np.array([max(abs(q.lower), abs(q.upper)) for q in every])
-        rivals[name] = evidence(information / floor, score / floor, (POLICY.catalog_prior * ranges) ** 2)
+        rivals[name] = function_evidence(information / floor, score / floor, (POLICY.catalog_prior * ranges) ** 2)
     return tuple(sorted(gains, key=lambda pair: -pair[1].gain)), rivals
 
 

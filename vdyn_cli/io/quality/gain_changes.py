@@ -214,7 +214,7 @@ def changed_gain(tie: Tie) -> GainChange | None:
     k, g, h, t, share = found
     if not g * h > 0.0 or abs(h / g - 1.0) < QUALITY.least_gain_change or t < QUALITY.gain_change_t:
         return None
-    against = stepped_share(y, x, k, drifting(x))
+    against = stepped_share(y, x, k, drift_design(x))
     least = QUALITY.stepped_share if tie.constant else QUALITY.abrupt_explained
     if (
         (1.0 - share) * against < least * (against - share)
@@ -294,7 +294,7 @@ def _both_ways(y: Array, x: Array, k: int, factor: float) -> bool:
     return before * after > 0.0 and bool(np.log(after / before) * np.sign(factor - 1.0) > 0.5 * abs(np.log(factor)))
 
 
-def drifting(x: Array) -> Array:
+def drift_design(x: Array) -> Array:
     """Design (n, 4) for a gain of x (n,) that drifts as a cubic in time."""
     return np.asarray((np.arange(x.size) / x.size)[:, None] ** np.arange(4) * x[:, None])
 

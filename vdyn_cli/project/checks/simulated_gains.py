@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from vdyn_cli.io.quality.gain_changes import GainChange, drifting, likely_change, stepped_share
+from vdyn_cli.io.quality.gain_changes import GainChange, drift_design, likely_change, stepped_share
 from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
@@ -72,7 +72,7 @@ def _likely(one: Comparison, alone: bool) -> tuple[GainChange | None, ChangeKind
         return change, ""
     if one.channel in SLOPED and _may_be_added(y, x, k):
         return change, ""
-    drift = stepped_share(y, x, k, drifting(x)) if _steps_at_once(time, y, x, k, (g, h)) else np.inf
+    drift = stepped_share(y, x, k, drift_design(x)) if _steps_at_once(time, y, x, k, (g, h)) else np.inf
     if not alone:
         return change, "abrupt" if drift <= QUALITY.abrupt_share else ""
     law = np.column_stack([x, x * (x > 0.0), x * np.abs(x)])

@@ -185,7 +185,7 @@ def cut_windows(log: Log, heading: float = 0.0) -> LoadWindows:
     weights = _simpson(gaps[good])
     clean = {n: np.where(np.isfinite(v), v, 0.0) for n, v in (*channels.items(), ("pitch", pitch_angle(log)))}
     clean["speed"] = clean["speed"] if "speed" in clean else integrated_speed(log)
-    clean["rolling"] = rolling(clean["speed"], STANDSTILL if "speed" in log else UNCERTAIN_STANDSTILL)
+    clean["rolling"] = rolling_flag(clean["speed"], STANDSTILL if "speed" in log else UNCERTAIN_STANDSTILL)
     if "rear_load" not in log:
         clean |= dict(zip(HEAVES, pitch_heave(log.time, clean["pitch_rate"]), strict=True))
     noise = {n: _white_noise(log, n) for n in channels}
@@ -272,7 +272,7 @@ def integrated_speed(log: Log) -> Array:
     return np.asarray(gained - gained.min())
 
 
-def rolling(speed: Array, standstill: float = STANDSTILL) -> Array:
+def rolling_flag(speed: Array, standstill: float = STANDSTILL) -> Array:
     """1 where the wheels roll, 0 where they stand still, (n,), from the speed in m/s."""
     return np.where(np.abs(speed) < standstill, 0.0, 1.0)
 

@@ -12,7 +12,7 @@ from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.cg.known_vehicle import known_vehicle
-from vdyn_cli.steps.cg.load_windows import rolling
+from vdyn_cli.steps.cg.load_windows import rolling_flag
 from vdyn_cli.steps.cg.local_derivative import SPAN, local_derivative
 from vdyn_cli.steps.planned_day import DayRequest, PlannedDay, guess, setting
 
@@ -62,7 +62,7 @@ def _log(day: DayRequest, k: int) -> Log:
     speed = np.maximum(at["start_speed"] + cumulative_integral(time, rate), 0.5)
     pitch, turn, bend = _pitching(day, time, rate, known["mass"] * at["cg_height"] / at["pitch_inertia"])
     lever = known["antenna_height"] - at["cg_height"]
-    motion = {"pitch": pitch, "pitch_rate": turn, "speed": speed, "rolling": rolling(speed)}
+    motion = {"pitch": pitch, "pitch_rate": turn, "speed": speed, "rolling": rolling_flag(speed)}
     step = float(np.median(np.diff(time)))
     motion["push_speed_rate"] = local_derivative(speed * rate, step, SPAN, 1)
     motion["push_bend"] = local_derivative(rate, step, SPAN)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vdyn_cli.inference.robust_fits import least_squares
+from vdyn_cli.inference.robust_fits import ordinary_least_squares
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
@@ -76,7 +76,7 @@ def ratio_of_angles_doubts(log: Log, gear_ratio: float) -> list[Finding]:
     columns = np.column_stack([np.ones(twist.size), log["shaft_torque"], turned])[good]
     if not columns.any(axis=0).all():
         return []
-    slope, _ = least_squares(columns, twist[good])
+    slope, _ = ordinary_least_squares(columns, twist[good])
     drift = abs(slope[2]) * float(np.ptp(turned[good]))
     if drift <= WRONG_RATIO * abs(slope[1]) * float(np.ptp(log["shaft_torque"][good])):
         return []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vdyn_cli.inference.robust_fits import least_squares
+from vdyn_cli.inference.robust_fits import ordinary_least_squares
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
@@ -37,8 +37,8 @@ def with_centered_encoder(log: Log, gear_ratio: float) -> tuple[Log, tuple[Findi
     good = np.isfinite(twist) & np.isfinite(columns).all(axis=1)
     if np.count_nonzero(good) < 10 or np.ptp(turned[good]) < 2.0 * np.pi * SHAFT_POLICY.eccentric_turns:
         return log, ()
-    found, left = least_squares(columns[good], twist[good])
-    _, before = least_squares(columns[good, :-2], twist[good])
+    found, left = ordinary_least_squares(columns[good], twist[good])
+    _, before = ordinary_least_squares(columns[good, :-2], twist[good])
     share = 1.0 - float(left @ left) / max(float(before @ before), 1e-300)
     if share < SHAFT_POLICY.eccentric_share:
         return log, ()

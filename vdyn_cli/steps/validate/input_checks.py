@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vdyn_cli.inference.bins import cut
-from vdyn_cli.inference.robust_fits import least_squares
+from vdyn_cli.inference.robust_fits import ordinary_least_squares
 from vdyn_cli.quantities.arrays import filled, rms
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.steps.validate.car.simulation import SimulationSetup
@@ -85,7 +85,7 @@ def torque_correlation(segments: Sequence[DriveSegment]) -> float:
         found.append(np.column_stack([bins.mean(v) for v in channels]))
     speed, *both = np.vstack(found).T
     load = np.column_stack([np.ones_like(speed), speed, speed**2])
-    rate, torque = (least_squares(load, v)[1] for v in both)
+    rate, torque = (ordinary_least_squares(load, v)[1] for v in both)
     size = float(np.linalg.norm(rate) * np.linalg.norm(torque))
     return float(rate @ torque) / size if size > 0 else float("nan")
 

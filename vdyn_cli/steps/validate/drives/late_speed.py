@@ -16,7 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vdyn_cli.inference.robust_fits import least_squares
+from vdyn_cli.inference.robust_fits import ordinary_least_squares
 from vdyn_cli.quantities.arrays import Array, filled
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
@@ -72,7 +72,7 @@ def speed_delay_of(log: Log) -> float:
 
 
 def _variance(columns: Sequence[Array], y: Array) -> float:
-    residual = least_squares(np.column_stack([np.ones(y.size), *columns]), y)[1]
+    residual = ordinary_least_squares(np.column_stack([np.ones(y.size), *columns]), y)[1]
     return float(residual @ residual) / y.size
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vdyn_cli.inference.robust_fits import least_squares
+from vdyn_cli.inference.robust_fits import ordinary_least_squares
 from vdyn_cli.quantities.arrays import Array, Mask, filled, spans
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.validate.drives.driven_samples import Driven, driven_samples, joined
@@ -78,7 +78,7 @@ def _limit(drives: Sequence[Driven], stated: StatedMotion) -> float | None:
     torque, speed = columns[:, 0], np.sqrt(columns[:, 2])
 
     def fit(limited: Array) -> tuple[float, float]:
-        found, left = least_squares(np.column_stack([limited, columns[:, 1:]]), rate)
+        found, left = ordinary_least_squares(np.column_stack([limited, columns[:, 1:]]), rate)
         return float(left @ left) / rate.size + LEAST_NOISE**2, float(found[0]) / stated.ratio
 
     without, _ = fit(torque)

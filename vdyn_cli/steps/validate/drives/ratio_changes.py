@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.inference.robust_fits import least_squares
+from vdyn_cli.inference.robust_fits import ordinary_least_squares
 from vdyn_cli.quantities.arrays import Array, Mask, median_deviation
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
@@ -223,7 +223,7 @@ def _level_of(ratio: Array) -> NDArray[np.intp]:
 def _local_variance(rate: Array, torque: Array, rest: Array) -> float:
     """Variance of the acceleration about lines over the torque, one for every ``LOCAL`` samples, (m/s^2)^2."""
     own = _indicators(rate.size, list(range(0, rate.size - LOCAL + 1, LOCAL)))
-    _, residual = least_squares(np.column_stack([own * torque[:, None], own, rest]), rate)
+    _, residual = ordinary_least_squares(np.column_stack([own * torque[:, None], own, rest]), rate)
     return median_deviation(residual) ** 2 * LOCAL / (LOCAL - 2) + LEAST_NOISE**2
 
 
@@ -316,7 +316,7 @@ def _indicators(n: int, starts: list[int]) -> Array:
 def _variance(y: Array, *columns: Array) -> float:
     """Variance of the residual of y (n,) beside columns (n,) or (n, k), (m/s^2)^2."""
     whole = np.column_stack(columns)
-    _, residual = least_squares(whole, y)
+    _, residual = ordinary_least_squares(whole, y)
     return float(residual @ residual) / max(y.size - int(np.linalg.matrix_rank(whole)), 1) + LEAST_NOISE**2
 
 

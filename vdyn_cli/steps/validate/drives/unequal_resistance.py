@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vdyn_cli.inference.robust_fits import least_squares
+from vdyn_cli.inference.robust_fits import ordinary_least_squares
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
@@ -117,7 +117,7 @@ def _constants(seen: Sequence[DrivenSamples]) -> tuple[Array, Array, Array]:
     rate, columns = joined(seen)
     drive = np.repeat(np.arange(len(seen)), [s.rate.size for s in seen])
     own = (drive[:, None] == np.arange(len(seen))).astype(float)
-    found, left = least_squares(np.column_stack([own, columns[:, SHARED]]), rate)
+    found, left = ordinary_least_squares(np.column_stack([own, columns[:, SHARED]]), rate)
     variance = [
         np.var([part.mean() for part in np.array_split(left[drive == k], BLOCKS)], ddof=1) / BLOCKS
         for k in range(len(seen))

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vdyn_cli.inference.bins import cut
-from vdyn_cli.inference.robust_fits import least_squares
+from vdyn_cli.inference.robust_fits import ordinary_least_squares
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
@@ -47,8 +47,8 @@ def shown_slope(setup: SimulationSetup, logs: Sequence[Log], slopes: Sequence[Ar
     columns, error = np.vstack([c for c, _ in made]), np.concatenate([e for _, e in made])
     there = np.isfinite(error)
     columns, error = columns[there], error[there]
-    share, rest = least_squares(columns, error)
-    _, without = least_squares(columns[:, :-1], error)
+    share, rest = ordinary_least_squares(columns, error)
+    _, without = ordinary_least_squares(columns[:, :-1], error)
     # Without the hill, the simulation is too fast uphill: the error has the sign opposite to that of its response.
     return float(-share[-1]), float(1.0 - np.linalg.norm(rest) / np.linalg.norm(without))
 
