@@ -145,22 +145,16 @@ def _propagated(
 ) -> ParameterPrior:
     """The model's parameters and their covariance D R D', with D the derivatives to given and assumed values."""
     base = {n: e.value for n, e in known.items()}
-    given = {n: e.std for n, e in known.items() if e.std > 0}
-    spread = {n: ABSOLUTE.get(n, RELATIVE.get(n, 0.0) * abs(full.values[n])) for n in assumed if n not in DERIVED}
-    added = {n: std for n, std in spread.items() if std > 0}
+    added = {n: ABSOLUTE.get(n, RELATIVE.get(n, 0.0) * abs(full.values[n])) for n in assumed if n not in DERIVED}
     if full.values.get("driveline_efficiency") == 1.0:  # without a loss its sign has no effect
         added.pop("recuperation_loss", None)
-    slopes = np.zeros((len(wanted), len(given) + len(added)))  # per standard deviation
-    for j, name in enumerate((*given, *added)):
-        step = DERIVATIVE_STEP * (added[name] if name in added else given[name])
-        at = full.values[name] if name in added else base[name]
+    sizes = {n: size for n, size in ({n: e.std for n, e in known.items()} | added).items() if size > 0}
+    slopes, related = np.zeros((len(wanted), len(sizes))), np.eye(len(sizes))
+    for j, (name, size) in enumerate(sizes.items()):
+        at, step = (full.values if name in added else base)[name], DERIVATIVE_STEP * size
         above, below = (complete(wanted, _road_load({**base, name: at + s})).values for s in (step, -step))
-        slopes[:, j] = [(above[n] - below[n]) / (2 * DERIVATIVE_STEP) for n in wanted]
-    related = np.eye(slopes.shape[1])
-    for i, a in enumerate(given):
-        for j, b in enumerate(given):
-            if i != j:
-                related[i, j] = known.correlation.get(a, {}).get(b, 0.0)
+        slopes[:, j] = [(above[n] - below[n]) / (2 * DERIVATIVE_STEP) for n in wanted]  # per standard deviation
+        related[:, j] = [float(n == name) or known.correlation.get(n, {}).get(name, 0.0) for n in sizes]
     covariance = slopes @ _positive_definite(related) @ slopes.T
     std = np.sqrt(np.diag(covariance))
     values = {n: full.values[n] for n in wanted}
