@@ -76,14 +76,19 @@ def test_a_learned_law_that_predicts_no_better_than_an_answer_is_not_named(
     assert (judged is not None) is named
 
 
-@pytest.mark.parametrize(("cost", "imitates"), [(104.0, True), (112.0, False)], ids=["by chance", "clearly better"])
+@pytest.mark.parametrize(
+    ("cost", "left", "imitates"),
+    [(104.0, 0.5, True), (112.0, 0.5, False), (104.0, 0.75, False)],
+    ids=["by chance", "clearly better", "explains clearly less"],
+)
 def test_a_learned_law_with_more_unknowns_must_explain_more_than_chance_beside_an_answer(
-    cost: float, imitates: bool, monkeypatch: pytest.MonkeyPatch
+    cost: float, left: float, imitates: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Two more unknowns: chance lowers twice the cost by more than 12.4 in 0.2 % of the cases."""
-    monkeypatch.setattr(part_judgment, "candidate_model", lambda strategy, effects: Some(effects=effects, cost=cost))
+    same = Some(effects=("area",), cost=cost, residual_share=left)
+    monkeypatch.setattr(part_judgment, "candidate_model", lambda strategy, effects: same)
     strategy = Some(model=Some(freed=lambda effect: ("a", "b", "c") if effect == "law" else (effect,)))
-    law, answer = Some(effects=("law",), cost=100.0), Some(effects=("area",))
+    law, answer = Some(effects=("law",), cost=100.0, residual_share=0.45), Some(effects=("area",))
     assert _imitates(*cast(Any, (strategy, law, answer))) is imitates
 
 

@@ -321,9 +321,12 @@ def _naming_law(strategy: Strategy, judgment: Judgment, law: Learned, least: flo
 
 
 def _imitates(strategy: Strategy, law: CandidateModel, answer: CandidateModel) -> bool:
-    """Whether a learned law explains no more than an answer, but for what its additional unknowns explain by chance."""
+    """Whether a learned law explains no more than an answer, but for what its additional unknowns explain by chance.
+
+    An answer that explains clearly less of the misfit than the law, as in ``_surpassed``, is not imitated.
+    """
     same, model = candidate_model(strategy, answer.effects), strategy.model
-    if same is None:
+    if same is None or 1.0 - same.residual_share**2 < POLICY.part_squares * (1.0 - law.residual_share**2):
         return False
     more = len(model.freed(law.effects[0])) - sum(len(model.freed(e)) for e in same.effects)
     return bool(chdtrc(max(more, 1), max(2 * (same.cost - law.cost), 0.0)) > POLICY.imitation_level)
