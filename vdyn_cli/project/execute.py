@@ -22,7 +22,7 @@ from vdyn_cli.project.inputs import Inputs, errors_of_step, gather, placed
 from vdyn_cli.project.reading.cut_changes import with_changes
 from vdyn_cli.project.reading.input_uncertainty import with_input_uncertainty
 from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
-from vdyn_cli.quantities.errors import Finding, InputError, ResultError, merge_similar, raise_all
+from vdyn_cli.quantities.errors import Finding, ImplausibleValue, InputError, ResultError, merge_similar, raise_all
 from vdyn_cli.quantities.number_text import capitalized
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, Step, load_step, published
@@ -163,14 +163,41 @@ def _data_faults(inputs: Inputs) -> tuple[Finding, ...]:
 
 
 def with_warnings(result: Result) -> Result:
-    """The result with a warning for each doubtful finding and a large residual, without parameters not determined."""
+    """The result with a warning for each doubtful finding and a large residual, without parameters not determined.
+
+    Its sentence begins with the values that no real object has; it is not published if no plausible one is in the
+    interval of one of them.
+    """
     fit = result.fit
     doubts = [str(f) for f in merge_similar(result.findings) if f.doubt]
     warnings = [*doubts, *fit.warnings]
     if fit.misfit:
         warnings.append(f"{fit.misfit}. Unmodeled effect present; values may be off by more than their intervals state")
-    result = replace(result, fit=replace(fit, warnings=tuple(warnings)))
+    result = _with_implausible(replace(result, fit=replace(fit, warnings=tuple(warnings))))
     return _withholding(result, result.undetermined) if result.undetermined else result
+
+
+def _with_implausible(result: Result) -> Result:
+    found = [f for f in result.findings if isinstance(f, ImplausibleValue) and f.where in result.parameters]
+    if not found:
+        return result
+    each = "; ".join(f"{f.where} is {f.what} ({f.got})" for f in found)
+    result = replace(result, sentence=f"Implausible: {each}. {result.sentence}")
+    certain = tuple(f for f in found if not _overlap(result.parameters[f.where].interval95, f.plausible))
+    if not certain:
+        return result
+    own = [n for n, e in result.parameters.items() if e.source == result.step]
+    withheld = {n: f"implausible {certain[0].where}: {with_interval(e := result.parameters[n], e.unit)}" for n in own}
+    return replace(
+        result,
+        parameters=result.parameters.without(own),
+        withheld={**result.withheld, **withheld},
+        refused=(*result.refused, *certain),
+    )
+
+
+def _overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
+    return one[0] <= other[1] and other[0] <= one[1]
 
 
 def _withholding(result: Result, wide: Sequence[str]) -> Result:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
@@ -75,6 +76,19 @@ class Finding:
     def to_json(self) -> dict[str, Any]:
         """The fields of a message; findings with further values are written like any other."""
         return {f.name: getattr(self, f.name) for f in fields(Finding)}
+
+
+@dataclass(frozen=True)
+class ImplausibleValue(Finding):
+    """A warning on the value of the parameter ``where``, which no real object has.
+
+    Parameters
+    ----------
+    plausible : lowest and highest plausible value, SI; a result whose 95 % interval excludes all of them is not
+        published.
+    """
+
+    plausible: tuple[float, float] = (-math.inf, math.inf)
 
 
 class VdynError(Exception):

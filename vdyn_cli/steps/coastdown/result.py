@@ -21,7 +21,7 @@ from vdyn_cli.steps.coastdown.campaign_checks.expected_accuracy import ExpectedA
 from vdyn_cli.steps.coastdown.doubts.agreement import LocalForces
 from vdyn_cli.steps.coastdown.doubts.changed_runs import before_change
 from vdyn_cli.steps.coastdown.doubts.fit_quality import physical_sizes
-from vdyn_cli.steps.coastdown.doubts.result_doubts import implausible_drag
+from vdyn_cli.steps.coastdown.doubts.result_doubts import implausible_values
 from vdyn_cli.steps.coastdown.fit.reference_conditions import RoadLoad
 from vdyn_cli.steps.coastdown.fit.residuals import held_out_rms
 from vdyn_cli.steps.coastdown.fit.road_load_fit import MAIN, RoadLoadFit
@@ -53,7 +53,7 @@ def result_of(
     tables += [text.influence(estimates.quality.shifts, fit)] if estimates.quality.shifts else []
     tables += [text.rejections(estimates.selection.rejected)] if estimates.selection.rejected else []
     parameters, extra = _parameters(estimates, frontal_area), _extra(estimates)
-    findings += implausible_drag(parameters.get("drag_coefficient"))
+    findings += implausible_values(parameters)
     restate = partial(text.sentence, fixed=estimates.fixed, speed=quoted_speed(fit.speeds), logs=_logs(estimates))
     return Result(
         SOURCE,

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from vdyn_cli.quantities.constants import ZERO_CELSIUS
-from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.errors import Finding, ImplausibleValue
 from vdyn_cli.quantities.log_names import log_of
 from vdyn_cli.quantities.number_text import number, two_digits
 from vdyn_cli.quantities.parameters import Estimate
@@ -46,10 +47,6 @@ def doubts(estimates: RoadLoadEstimates) -> tuple[Finding, ...]:
     if rolling > COASTDOWN_POLICY.most_rolling:
         what = "higher than the rolling resistance of tires: it includes a brake, an engaged driveline or a slope"
         found.append(Finding("rolling_resistance", what, f"{rolling:.4f}"))
-    if rolling < COASTDOWN_POLICY.least_rolling:
-        what = "lower than the rolling resistance of any car's tires"
-        remedy = "check the unit of the speed, the mass, and whether the car was driven"
-        found.append(Finding("rolling_resistance", what, f"{rolling:.4f}", remedy, doubt=True))
     if estimates.zeros and not any(z.by_elevation for z in estimates.zeros.values()):
         what = "the accelerometer's zero assumes a mean slope of zero over all roads"
         found.append(Finding("channels", what, remedy="map 'elevation' if the logs have it, or add more logs"))
@@ -88,18 +85,22 @@ def _rejected(selection: SegmentSelection) -> list[Finding]:
     return found
 
 
-def implausible_drag(drag: Estimate | None) -> tuple[Finding, ...]:
-    """A warning if an estimated drag coefficient is outside the range of road vehicles."""
-    if (
-        drag is None
-        or drag.source == "given"
-        or COASTDOWN_POLICY.least_drag <= drag.value <= COASTDOWN_POLICY.most_drag
+def implausible_values(parameters: Mapping[str, Estimate]) -> tuple[Finding, ...]:
+    """A warning for each estimate of drag coefficient and rolling resistance that no road vehicle has."""
+    policy, found = COASTDOWN_POLICY, []
+    for name, least, most, whose, digits in (
+        ("drag_coefficient", policy.least_drag, policy.most_drag, "any road vehicle", 3),
+        ("rolling_resistance", policy.least_rolling, math.inf, "any car's tires", 4),
     ):
-        return ()
-    side = "lower" if drag.value < COASTDOWN_POLICY.least_drag else "higher"
-    remedy = "check the unit of the speed, the mass and the frontal area"
-    what = f"{side} than the drag coefficient of any road vehicle"
-    return (Finding("drag_coefficient", what, f"{drag.value:.3f}", remedy, doubt=True),)
+        one = parameters.get(name)
+        if one is None or one.source == "given" or least <= one.value <= most:
+            continue
+        side = "lower" if one.value < least else "higher"
+        what = f"{side} than the {name.replace('_', ' ')} of {whose}"
+        remedy = "check the unit of the speed, the mass and the frontal area, and that the runs are coast-downs"
+        value = f"{one.value:.{digits}f}"
+        found.append(ImplausibleValue(name, what, value, remedy, doubt=True, plausible=(least, most)))
+    return tuple(found)
 
 
 def _outlying_runs(estimates: RoadLoadEstimates) -> list[Finding]:
