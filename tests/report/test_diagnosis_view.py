@@ -87,7 +87,9 @@ def test_a_verdict_is_not_green_beside_an_interval_wider_than_its_value() -> Non
     wide = {**parameters, "drag_area": replace(area, interval95=(area.value - 2.0, area.value + 2.0))}
     found = diagnosis_section(examples.DIAGNOSIS, wide)
     assert found is not None
-    assert found.mood == "fair"
+    assert (found.label, found.mood) == ("effect identified, in doubt", "fair")
+    doubted = shown(doubt="fit: the residual is 3 times the noise floor")
+    assert (doubted.label, doubted.mood) == ("effect identified, in doubt", "fair")
 
 
 def test_a_bias_that_follows_from_another_is_not_repeated() -> None:

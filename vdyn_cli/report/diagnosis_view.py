@@ -74,13 +74,14 @@ def diagnosis_section(
 
     Parameters
     ----------
-    parameters : of the result, for biases in percent; one wider than its value makes a good verdict only fair.
+    parameters : of the result, for biases in percent; one wider than its value makes a good verdict only fair, with
+        the words "in doubt", as any other doubt does.
     """
     if source is None:
         return None
     label, mood = VERDICTS[source.verdict]
-    if mood == "good" and any(wider_than_value(n, e) for n, e in parameters.items()):
-        mood = "fair"  # an identified effect does not make such a parameter usable
+    if mood == "good" and (source.doubt or any(wider_than_value(n, e) for n, e in parameters.items())):
+        label, mood = f"{label}, in doubt", "fair"  # an identified effect does not make such a parameter usable
     known = {n: e.value for n, e in parameters.items()}
     shown = (
         tables.identified(source.causes, known),
@@ -92,7 +93,7 @@ def diagnosis_section(
     )
     return DiagnosisSection(
         label=label,
-        mood="fair" if mood == "good" and source.doubt else mood,
+        mood=mood,
         sentence=typography.prose(source.sentence),
         gain=_gain_bars(source.gain) if source.gain else None,
         notes=tuple(
