@@ -16,6 +16,7 @@ NEGLIGIBLE = 1e-16  # predicted reduction, relative to the cost, below which the
 HARMLESS = 1e-4  # predicted reduction, in variances of one residual, below which a stalled fit has converged
 NONDIFFERENTIABLE = 2.0  # likewise (two standard errors), if no step achieves the reduction predicted at a kink
 PLATEAU = 1e-3  # share of an unknown's sensitivity left after one step, below which the step is rejected
+PREDICTED = 0.75  # share of the predicted reduction of the cost from which the linearization predicts well
 SUFFICIENT = 1e-4  # share of the predicted reduction of the cost that a step must achieve
 IDLE = 3  # consecutive steps that gained less than the tolerance: the next failed step ends the fit
 PARTS = (1.0, 0.3, 0.1, 0.03)  # of a full step, tried at a kink
@@ -55,9 +56,9 @@ def minimize(
 
     Each step d solves min |J d + r|^2 + mu |D d|^2 over the unknowns that are not at a bound, D the largest column
     norms so far; an unknown that would leave its range stops at the bound. mu falls where the linearization predicts
-    well and rises where it does not. The model is linearized only where the cost falls. The iteration ends early where
-    it does not predict, or is too slow to reach, the cost of another fit (``Regression.reached``). Source: damping and
-    scaling after More, Numerical Analysis, Lecture Notes in Mathematics 630 (1978) 105.
+    well and rises where it does not; after a step where it does not, a point is linearized only if its cost falls. The
+    iteration ends early where it does not predict, or is too slow to reach, the cost of another fit
+    (``Regression.reached``). Source: after More, Numerical Analysis, Lecture Notes in Mathematics 630 (1978) 105.
 
     Parameters
     ----------
@@ -79,7 +80,7 @@ def minimize(
         raise ArithmeticError("the model has no finite value at the start")
     scale = _positive(point.system.column_norms())
     damping, growth = 1e-3, 2.0
-    idle = hopeless = 0
+    idle, hopeless, gain = 0, 0, 0.0
     costs = [point.cost]
     for iteration in range(most_iterations):
         active = _active(point, lower, upper)
@@ -94,7 +95,7 @@ def minimize(
         while True:
             step = _step_within(point, active, scale, damping, lower, upper)
             x, predicted = _snapped(point.x + step, lower, upper), point.system.reduction(step)
-            trial = evaluate(x) if _may_fall_below(evaluate, x, point.cost - SUFFICIENT * predicted) else None
+            trial = _falling(evaluate, x, point.cost - SUFFICIENT * predicted, likely=gain > PREDICTED)
             gain = (point.cost - trial.cost) / predicted if trial is not None and predicted > 0 else -1.0
             if trial is not None and gain > SUFFICIENT and not _on_plateau(point, trial):
                 break
@@ -106,7 +107,7 @@ def minimize(
                     and _largest_reduction(evaluate, point, full, lower, upper) <= harmless
                 )
                 return Minimum(point, arrived, full, iteration)
-        damping = max(damping * (0.3 if gain > 0.75 else 1.0 if gain > 0.25 else 2.0), LEAST_DAMPING)
+        damping = max(damping * (0.3 if gain > PREDICTED else 1.0 if gain > 0.25 else 2.0), LEAST_DAMPING)
         growth = 2.0
         idle = idle + 1 if point.cost - trial.cost < tolerance * variance else 0
         point = trial
@@ -122,9 +123,12 @@ def _too_slow(costs: Sequence[float], reached: float, left: int) -> bool:
     return costs[-1] - left * (costs[-1 - PACE] - costs[-1]) / PACE > reached
 
 
-def _may_fall_below(evaluate: Objective, x: Array, below: float) -> bool:
-    """Whether the cost at x may be below a limit; True where the cost alone is not cheaper than the linearization."""
-    return not evaluate.cheap or evaluate.cost(x) < below
+def _falling(evaluate: Objective, x: Array, below: float, likely: bool) -> Point | None:
+    """The linearization at x; None where the cost alone, if it is cheaper, is not below a limit.
+
+    Where that is ``likely``, as after a step that gained what was predicted, the cost alone would only be repeated.
+    """
+    return evaluate(x) if likely or not evaluate.cheap or evaluate.cost(x) < below else None
 
 
 def _largest_reduction(evaluate: Objective, point: Point, step: Array, lower: Array, upper: Array) -> float:
