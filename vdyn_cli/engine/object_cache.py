@@ -90,7 +90,8 @@ def _write(path: Path, code: bytes) -> None:
         partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)
-    files = list(path.parent.glob("*.o"))
-    if len(files) > MOST_FILES:
-        for old in sorted(files, key=lambda f: f.stat().st_mtime)[: len(files) - MOST_FILES + MOST_FILES // 4]:
+    names = [name for name in os.listdir(path.parent) if name.endswith(".o")]
+    if len(names) > MOST_FILES:
+        files = sorted((path.parent / name for name in names), key=lambda f: f.stat().st_mtime)
+        for old in files[: len(files) - MOST_FILES + MOST_FILES // 4]:
             old.unlink(missing_ok=True)

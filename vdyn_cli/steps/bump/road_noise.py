@@ -35,10 +35,12 @@ class _Filter:
     roots: Array
 
     @cached_property
-    def blocks(self) -> Array:
-        """For each ``BLOCK`` samples, the matrix from the state and their errors to the next state and innovations.
+    def blocks(self) -> tuple[Array, Array, Array, Array]:
+        """For each ``BLOCK`` samples, the matrices of the next state and of the innovations in state and errors.
 
-        One product per block costs a fraction of the products per sample.
+        s_k+1 = A_k s_k + B_k e_k,   r_k = C_k s_k + D_k e_k
+
+        Only A s is a product for one block after the other; B e, C s and D e are products for all of them at once.
         """
         (size, channels), count = self.gains.shape[1:], -(-len(self.gains) // BLOCK)
         missing = ((0, count * BLOCK - len(self.gains)), (0, 0), (0, 0))
@@ -49,7 +51,9 @@ class _Filter:
             innovation = errors[k] - self.read @ state
             rows.append(roots[k::BLOCK] @ innovation)
             state = self.forward @ state + gains[k::BLOCK] @ innovation
-        return np.concatenate([state, *rows], axis=1)
+        result = np.concatenate(rows, axis=1)
+        parts = state[:, :, :size], state[:, :, size:], result[:, :, :size], result[:, :, size:]
+        return parts[0].copy(), parts[1].copy(), parts[2].copy(), parts[3].copy()
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,19 +88,17 @@ class RoadNoise:
         ----------
         deviation : standard deviation of the white noise of each channel, in the order of the errors.
         """
-        blocks = self._filter_of(crossing, deviation, len(errors)).blocks
+        forward, driven, read, direct = self._filter_of(crossing, deviation, len(errors)).blocks
         count, channels, columns = errors.shape
-        padded = np.zeros((len(blocks) * BLOCK, channels, columns))
+        padded = np.zeros((len(forward) * BLOCK, channels, columns))
         padded[:count] = errors
-        inputs, result = padded.reshape(len(blocks), BLOCK * channels, columns), np.empty_like(padded)
-        state = np.zeros((blocks.shape[1] - BLOCK * channels, columns))
-        for k, block in enumerate(blocks):
-            after = block @ np.concatenate([state, inputs[k]])
-            state, result[k * BLOCK : (k + 1) * BLOCK] = (
-                after[: len(state)],
-                after[len(state) :].reshape(BLOCK, channels, columns),
-            )
-        return result[:count]
+        inputs = padded.reshape(len(forward), BLOCK * channels, columns)
+        states = np.zeros((len(forward) + 1, forward.shape[1], columns))
+        np.matmul(driven, inputs, out=states[1:])
+        for before, after, block in zip(states, states[1:], forward, strict=False):
+            after += block @ before
+        result = np.asarray(read @ states[:-1] + direct @ inputs)
+        return result.reshape(padded.shape)[:count]
 
     def level(self, crossing: Crossing, channel: str) -> float:
         """Standard deviation of a channel on this road, without its sensor's noise, in the channel's unit."""
