@@ -11,7 +11,12 @@ from scipy import stats
 from tests.diagnosis.linear import BASE, PROFILE, Campaign
 from vdyn_cli.diagnosis.detect.scores import Scores, equivalent, omitted_effect_bias, scores, signs
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.strategies.linearized_system import LinearizedSystem, linearize, linearized_system
+from vdyn_cli.diagnosis.strategies.linearized_system import (
+    ESTIMATED_PRIOR,
+    LinearizedSystem,
+    linearize,
+    linearized_system,
+)
 from vdyn_cli.inference import Unknown
 
 SHAPE = [f"shape_{k + 1}" for k in range(PROFILE)]
@@ -66,6 +71,24 @@ def test_visibility_is_the_share_that_refitting_cannot_absorb() -> None:
     left = wave - basis @ np.linalg.lstsq(basis, wave, rcond=1e-10)[0]
     assert found.visibility["wave"] == pytest.approx(np.linalg.norm(left) / np.linalg.norm(wave))
     assert found.visibility["slope"] > 0.85  # turns with the direction, as nothing of the baseline does
+
+
+def test_scaling_what_has_an_estimated_prior_is_told_from_other_effects() -> None:
+    rng = np.random.default_rng(5)
+    hills, other, heights = rng.normal(size=(160, 12)), rng.normal(size=(160, 1)), rng.normal(size=12)
+    prior = np.hstack([np.eye(12), np.zeros((12, 2))])
+    made = LinearizedSystem(
+        names=(*(f"hill_{k}" for k in range(12)), "gain", "other"),
+        columns=np.vstack([np.hstack([hills, (hills @ heights)[:, None], other + hills[:, :1]]), prior]),
+        y=np.concatenate([rng.normal(size=160), -heights]),
+        label=np.concatenate([np.repeat(np.arange(8), 20), 8 + np.arange(12)]),
+        run=np.concatenate([np.arange(8), np.full(12, ESTIMATED_PRIOR)]),
+        counts=np.concatenate([np.full(8, 20), np.ones(12, dtype=int)]),
+        kind="block",
+    )
+    found = scores(made, [f"hill_{k}" for k in range(12)], {"gain": ["gain"], "other": ["other"]})
+    assert found.scaling["gain"] > 0.9
+    assert found.scaling["other"] < 0.1
 
 
 def test_what_is_fitted_already_has_nothing_to_add() -> None:

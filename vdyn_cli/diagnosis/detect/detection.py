@@ -99,13 +99,15 @@ def obstacle(model: FullModel, scores: Scores, name: str) -> Obstacle | None:
     "nuisance": a nuisance parameter of the baseline stands for it (``nuisance_effects``).
 
     A sensitivity that is nearly collinear with fitted unknowns is not trusted for its small remainder, unless that
-    contradicts priors: a drifting sensor zero acts like a force, but exceeds the tolerance of its data sheet.
+    contradicts priors: a drifting sensor zero acts like a force, but exceeds the tolerance of its data sheet. Nor is an
+    effect trusted that scales what has an estimated prior, as rotating mass scales the slopes of a road: smaller slopes
+    are always likelier under a prior whose standard deviation was estimated from them.
     """
     if name in model.nuisance_errors:
         return "nuisance"
-    if scores.rank[name] == 0 or not (
-        scores.visibility[name] > POLICY.least_visibility or scores.stated[name] > POLICY.prior_information
-    ):
+    if scores.rank[name] == 0 or scores.scaling[name] > POLICY.prior_information:
+        return "collinear"
+    if not (scores.visibility[name] > POLICY.least_visibility or scores.stated[name] > POLICY.prior_information):
         return "collinear"
     if model.setup.candidates[name].kind == "between_run" and not _enough_runs(model):
         return "runs"

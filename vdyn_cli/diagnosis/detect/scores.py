@@ -24,7 +24,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.strategies.linearized_system import STATED_PRIOR, LinearizedSystem, Projection, column_groups
+from vdyn_cli.diagnosis.strategies.linearized_system import (
+    ESTIMATED_PRIOR,
+    STATED_PRIOR,
+    LinearizedSystem,
+    Projection,
+    column_groups,
+)
 from vdyn_cli.quantities.arrays import Array
 
 SEED = 20170401  # arbitrary and fixed, so that the same data give the same p value
@@ -40,6 +46,7 @@ class Scores:
     groups : columns of each candidate.
     visibility : share of its sensitivity that is not collinear with fitted unknowns.
     stated : share of its information that comes from stated priors.
+    scaling : share of its information that comes from scaling all unknowns whose prior was estimated from these data.
     statistic : T^2 of each candidate; rank : of its information matrix (0 where it is collinear).
     estimate, spread : one-step estimate of each unknown and its standard error, with this candidate alone added.
     _left : (n, k), sensitivities orthogonal to the fitted ones; _contributions, _flippable : (units, k) and
@@ -50,6 +57,7 @@ class Scores:
     groups: Mapping[str, NDArray[np.int64]]
     visibility: Mapping[str, float]
     stated: Mapping[str, float]
+    scaling: Mapping[str, float]
     statistic: Mapping[str, float]
     rank: Mapping[str, int]
     estimate: Mapping[str, Array]
@@ -141,16 +149,19 @@ def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[
     beside, names = Projection(system, fitted), tuple(candidates)
     whole = system.columns_of([n for name in names for n in candidates[name]])
     groups, left = column_groups(candidates), without_rounding(whole, beside.orthogonal(whole))
-    visibility, stated, statistic, rank, estimate, spread = {}, {}, {}, {}, {}, {}
+    visibility, stated, scaling, statistic, rank, estimate, spread = {}, {}, {}, {}, {}, {}, {}
     measured = system.run >= 0
     priors = left[~measured[system.label]]
     stated_priors = left[system.run[system.label] == STATED_PRIOR]
+    estimated = np.where(system.run[system.label] == ESTIMATED_PRIOR, system.y, 0.0)
+    scaled = (estimated / max(float(np.linalg.norm(estimated)), 1e-300)) @ left
     contributions = np.add.reduceat(left * beside.y[:, None], system.starts, axis=0)
     for name, columns in groups.items():
         size = float(np.sum(whole[:, columns] ** 2))
         visibility[name] = float(np.sqrt(np.sum(left[:, columns] ** 2) / size)) if size else 0.0
         remains = float(np.sum(left[:, columns] ** 2))
         stated[name] = float(np.sum(stated_priors[:, columns] ** 2)) / remains if remains else 0.0
+        scaling[name] = float(np.sum(scaled[columns] ** 2)) / remains if remains else 0.0
         information = left[:, columns].T @ left[:, columns]
         inverse, rank[name] = pseudo_inverse(information)
         total = contributions[:, columns].sum(axis=0)
@@ -164,6 +175,7 @@ def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[
         groups=groups,
         visibility=visibility,
         stated=stated,
+        scaling=scaling,
         statistic=statistic,
         rank=rank,
         estimate=estimate,

@@ -15,14 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.inference import Regression, Rows
+from vdyn_cli.inference import Regression, Rows, Unknown
 from vdyn_cli.inference.intervals import effective_number
 from vdyn_cli.inference.linearized_regression import BLOCKS, blocks_of, blocks_within
 from vdyn_cli.inference.qr_factors import orthonormal, qr_factor
 from vdyn_cli.inference.regression import Residuals, prior_rows
 from vdyn_cli.quantities.arrays import Array
 
-STATED_PRIOR, ESTIMATED_PRIOR = -1, -2  # in place of the run of a unit
+# In place of the run of a unit: priors that the user stated, whose std was estimated from these data, or is assumed
+STATED_PRIOR, ESTIMATED_PRIOR, ASSUMED_PRIOR = -1, -2, -3
 
 
 @dataclass(frozen=True)
@@ -122,7 +123,7 @@ class LinearizedSystem:
     names : of the columns: the shared unknowns, then (if blocks are the units) every run's own as ``name#run``.
     columns : (n, p), J; y : (n,).
     label : (n,), the unit of each row, ascending.
-    run : (units,), the run of each unit; STATED_PRIOR or ESTIMATED_PRIOR for a prior.
+    run : (units,), the run of each unit; STATED_PRIOR, ESTIMATED_PRIOR or ASSUMED_PRIOR for a prior.
     counts : (units,), number of rows of each before compression.
     kind : whether a unit is a run or a block of time.
     """
@@ -265,10 +266,16 @@ def _blocks(linear: LinearizedRuns) -> Iterator[_UnitRows]:
 def _shared_priors(linear: LinearizedRuns, columns: int) -> Iterator[_UnitRows]:
     """The prior of each shared unknown, in a system with this number of columns."""
     shared = linear.regression.shared
-    stated = [u.prior_stated for u in shared if u.prior]
-    for row, by_user in zip(prior_rows(shared, linear.shared), stated, strict=True):
+    kinds = [_kind_of_prior(u) for u in shared if u.prior]
+    for row, kind in zip(prior_rows(shared, linear.shared), kinds, strict=True):
         wide = np.concatenate([row[:-1], np.zeros(columns - len(shared)), -row[-1:]])
-        yield _UnitRows(wide[None], STATED_PRIOR if by_user else ESTIMATED_PRIOR, 1)
+        yield _UnitRows(wide[None], kind, 1)
+
+
+def _kind_of_prior(unknown: Unknown) -> int:
+    if unknown.prior_stated:
+        return STATED_PRIOR
+    return ESTIMATED_PRIOR if np.isfinite(unknown.prior_degrees) else ASSUMED_PRIOR
 
 
 def _parts(regression: Regression) -> list[tuple[int, int]]:
