@@ -165,8 +165,8 @@ def _data_faults(inputs: Inputs) -> tuple[Finding, ...]:
 def with_warnings(result: Result) -> Result:
     """The result with a warning for each doubtful finding and a large residual, without parameters not determined.
 
-    Its sentence begins with the values that no real object has; it is not published if no plausible one is in the
-    interval of one of them.
+    Its sentence begins with the values that no vehicle of the usual kinds has. They are published: rail vehicles, solar
+    cars and bicycles have other values than cars.
     """
     fit = result.fit
     doubts = [str(f) for f in merge_similar(result.findings) if f.doubt]
@@ -182,22 +182,7 @@ def _with_implausible(result: Result) -> Result:
     if not found:
         return result
     each = "; ".join(f"{f.where} is {f.what} ({f.got})" for f in found)
-    result = replace(result, sentence=f"Implausible: {each}. {result.sentence}")
-    certain = tuple(f for f in found if not _overlap(result.parameters[f.where].interval95, f.plausible))
-    if not certain:
-        return result
-    own = [n for n, e in result.parameters.items() if e.source == result.step]
-    withheld = {n: f"implausible {certain[0].where}: {with_interval(e := result.parameters[n], e.unit)}" for n in own}
-    return replace(
-        result,
-        parameters=result.parameters.without(own),
-        withheld={**result.withheld, **withheld},
-        refused=(*result.refused, *certain),
-    )
-
-
-def _overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
-    return one[0] <= other[1] and other[0] <= one[1]
+    return replace(result, sentence=f"Implausible: {each}. {result.sentence}")
 
 
 def _withholding(result: Result, wide: Sequence[str]) -> Result:

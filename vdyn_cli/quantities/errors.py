@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
@@ -78,17 +77,8 @@ class Finding:
         return {f.name: getattr(self, f.name) for f in fields(Finding)}
 
 
-@dataclass(frozen=True)
 class ImplausibleValue(Finding):
-    """A warning on the value of the parameter ``where``, which no real object has.
-
-    Parameters
-    ----------
-    plausible : lowest and highest plausible value, SI; a result whose 95 % interval excludes all of them is not
-        published.
-    """
-
-    plausible: tuple[float, float] = (-math.inf, math.inf)
+    """A warning on the value of the parameter ``where``, which no vehicle of the usual kinds has."""
 
 
 class VdynError(Exception):

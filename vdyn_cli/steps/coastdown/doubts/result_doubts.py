@@ -99,7 +99,7 @@ def implausible_values(parameters: Mapping[str, Estimate]) -> tuple[Finding, ...
         what = f"{side} than the {name.replace('_', ' ')} of {whose}"
         remedy = "check the unit of the speed, the mass and the frontal area, and that the runs are coast-downs"
         value = f"{one.value:.{digits}f}"
-        found.append(ImplausibleValue(name, what, value, remedy, doubt=True, plausible=(least, most)))
+        found.append(ImplausibleValue(name, what, value, remedy, doubt=True))
     return tuple(found)
 
 
