@@ -12,6 +12,7 @@ from vdyn_cli.engine.model_builder import ModelBuilder, Number, Signals
 from vdyn_cli.physics.laws.air_drag import air, gust_drag
 from vdyn_cli.physics.laws.brake import brake
 from vdyn_cli.physics.laws.driveline import drive, driveline, spin_loss
+from vdyn_cli.physics.laws.engine import turning_engine
 from vdyn_cli.physics.laws.grade_resistance import GradeSource, climb, read_grade, slope
 from vdyn_cli.physics.laws.rolling_resistance import rolling
 from vdyn_cli.physics.laws.wheel import read_gain
@@ -30,6 +31,7 @@ SENSED = ("accelerometer_slope",)
 DRIVES: dict[DriveSignal, tuple[str, ...]] = {"coasting": (), "torque": ("drive_torque",), "force": ("drive_force",)}
 RADIUS, READ, ROAD_ENDS = ("wheel_radius",), ("read_radius",), ("road_begin", "road_end")
 CHANGED = ("changed",)
+ENGINE_TURNS = "engine_turns"
 ACCELEROMETER = ("accelerometer_zero", "accelerometer_scale", "road_slope")
 
 
@@ -45,6 +47,7 @@ def road_load(
     rolled: bool = False,
     changed: bool = False,
     graded: GradeSource = "stated",
+    geared: bool = False,
 ) -> Model:
     """The longitudinal model.
 
@@ -67,6 +70,7 @@ def road_load(
     rolled : whether the speed was computed from a wheel's, by a radius that is the context ``read_radius`` (m).
     changed : whether the car was changed between two runs: the context ``changed`` is 1 with the change, else 0.
     graded : source of the grade (``read_grade``).
+    geared : an input is the angle of the engine per distance, rad/m, in its gear (``ENGINE_TURNS``).
 
     Returns
     -------
@@ -76,8 +80,8 @@ def road_load(
     -----
     Assumes rolling forward: friction keeps its sign below zero speed. Inputs: grade, wind_speed (m/s), elapsed (s since
     the first run began). Context: heading (+1 out, -1 back, 0 unknown), temperature (K); located also road_begin and
-    road_end (m), the range of the runs. wind_variance (m^2/s^2), of gusts, adds drag. The state run_time (s since the
-    log's start) starts at 0. Source: doi:10.4271/2017-01-1574, equations (1) to (4), with the rotating mass added.
+    road_end (m), the range of the runs. wind_variance (m^2/s^2), of gusts, adds drag. run_time: s since the log began.
+    Source: doi:10.4271/2017-01-1574, equations (1) to (4), with the rotating mass added.
     """
     road = (*(("position",) if located else ()), *(SENSED if sensed else ()))
 
@@ -88,23 +92,32 @@ def road_load(
         force, read = _drive_force(e, u, driven, speed), e(read_gain, wheel_radius=e.p.wheel_radius) if rolled else 1.0
         mass = e("laden_mass", value=e.p.mass) if resistances == "forces" else e.p.mass
         resisted = _resistance(e, u, (speed, grade, mass), resistances) + e(climb, mass=mass, grade=grade)
-        rate = (force - resisted) / (mass + e.p.rotating_mass)
+        turning = _turning_mass(e, u) if geared else e.p.rotating_mass
+        rate = (force - resisted) / (mass + turning)
         e.integrate(run_time=1.0, speed=rate)
-        traction = (force - e.p.rotating_mass * rate) / (mass * GRAVITY)
+        traction = (force - turning * rate) / (mass * GRAVITY)
         e.sensor("speed", read * state, read * rate, traction=traction, rate_of_change=read * rate)
-        specific = rate + GRAVITY * grade / sqrt(1.0 + grade**2)
-        if accelerometer:
-            specific = (1.0 + e.p.accelerometer_scale) * specific + e.p.accelerometer_zero
         if accelerometer or specific_force:
-            e.sensor("acceleration", specific, rate_of_change=rate)
+            e.sensor("acceleration", _specific_force(e, rate, grade, accelerometer), rate_of_change=rate)
 
     return Model(
         name="road load",
         assemble=assemble,
         parameters=(*CAR, *_driveline(driven, rolled), *(ACCELEROMETER if accelerometer else ())),
-        inputs=("grade", "wind_speed", "elapsed", *DRIVES[driven], *(("speed",) if accelerometer else ()), *road),
+        inputs=("grade", "wind_speed", "elapsed", *DRIVES[driven], *_measured(accelerometer, geared), *road),
         context=_context(located, rolled, changed),
     )
+
+
+def _turning_mass(e: ModelBuilder, u: Signals) -> Number:
+    """The rotating mass with that of the engine in its gear, kg."""
+    return e.p.rotating_mass + e(turning_engine, engine_inertia=0.0, engine_turns=u.engine_turns)
+
+
+def _specific_force(e: ModelBuilder, rate: Number, grade: Number, read: bool) -> Number:
+    """The specific force of a motion, m/s^2; ``read``: by an accelerometer with a scale error and a zero."""
+    specific = rate + GRAVITY * grade / sqrt(1.0 + grade**2)
+    return (1.0 + e.p.accelerometer_scale) * specific + e.p.accelerometer_zero if read else specific
 
 
 def _grade(e: ModelBuilder, u: Signals, road: Sequence[str], graded: GradeSource, sloped: bool) -> Number:
@@ -114,6 +127,10 @@ def _grade(e: ModelBuilder, u: Signals, road: Sequence[str], graded: GradeSource
     if sloped:
         grade = e(slope, grade=grade, road_slope=e.p.road_slope)
     return grade
+
+
+def _measured(accelerometer: bool, geared: bool) -> tuple[str, ...]:
+    return (*(("speed",) if accelerometer else ()), *((ENGINE_TURNS,) if geared else ()))
 
 
 def _context(located: bool, rolled: bool, changed: bool) -> tuple[str, ...]:

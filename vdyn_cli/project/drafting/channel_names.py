@@ -205,7 +205,11 @@ RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
         "",
     ),
     "twist": (("twist",), "linear angular"),
-    "motor_speed": (("motor speed", "motor n", "motor omega"), ""),
+    "motor_speed": (
+        ("motor speed", "motor n", "motor omega", "engine speed", "engine n", "engine omega", "n"),
+        "wheel fl fr rl rr front rear left right fan shaft turbine pump idle output input gear transmission axle "
+        "roller drum propeller cadence x y z torque power vehicle",
+    ),
     "angle": (("angle",), "steering slip"),
     "angular_rate": (("angular rate", "angular speed", "gyro"), "absolute abs magnitude norm"),
 }

@@ -34,6 +34,10 @@ states the error of the speed at the end of each; ``powered`` uses only windows 
 since the brakes are released then. Where a drive of more than 100 s is missed as a whole, though the car follows its
 torque, and no candidate effect gives a result, powered windows of 20 s answer instead, with both errors stated.
 
+The engine of a car with gears takes part of its own torque to accelerate: with its speed logged (``motor_speed``), its
+inertia acts by the square of the ratio of each gear (``engine_inertia``, in the model of a mass on a road). The gears
+are found in engine speed over speed; while the clutch is open or slips, the inertia does not act.
+
 Inputs: drive torque (or left and right), brake torque, grade, wind; unrecorded ones are zero. With ``road_load``, a
 drive is simulated between their gaps; the vehicle model needs them without gaps. Outputs may have gaps. Publishes no
 parameters.

@@ -18,7 +18,10 @@ from vdyn_cli.steps.validate.car.prior import ParameterPrior
 from vdyn_cli.steps.validate.drives.segments import DriveSegment, total_drive_torque
 
 GAIN_ERROR = 0.05  # plausible size of a gain error: torque from motor current has 1 to 5 %
-GEAR = "In a car with gears, one gear's ratio or inertia makes such a curve: compare parts of the drives in one gear."
+GEAR = (
+    "In a car with gears, one gear's ratio or inertia makes such a curve: map the engine's speed as motor_speed, or "
+    "compare parts of the drives in one gear."
+)
 LOSS = 0.05  # plausible size over the largest drive force: the loss of a final drive
 
 

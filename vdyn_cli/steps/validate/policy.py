@@ -180,6 +180,25 @@ class ValidatePolicy:
     """[of a drive's large torques] least change within a second of a torque that is not held. Neighboring gears differ
     by 1.3 times or more: a shift changes the torque by 0.2 of its value or more."""
 
+    gear_width: float = 0.08
+    """[share] by which engine speed over speed may differ from its value in a gear. Neighboring gears differ by 18 %
+    or more (trucks with twelve gears); a delay of 0.1 s at 4 m/s and 2 m/s^2 changes the ratio by 5 %."""
+
+    gear_core: float = 0.03
+    """[share] about a gear's value, within which most samples of that gear are. Quantization of the speed by 0.1 km/h
+    is 1.4 % at 2 m/s, slip of the driven tires 1 to 2 %."""
+
+    gear_share: float = 0.6
+    """[share of the time within gear_width] that must be within gear_core for a gear. Samples of a continuously
+    variable ratio or of a slipping clutch are evenly distributed: 0.03/0.08 = 0.38."""
+
+    gear_time: float = 5.0
+    """[s] least time of all drives in a gear. A car stays in a gear for 3 s and longer, and returns to it."""
+
+    gear_cover: float = 0.7
+    """[share of the time with a known ratio] that must be in gears. Shifts, and clutches that slip as the car starts,
+    take less than a tenth; a continuously variable ratio is constant only at steady speed."""
+
     drive_slope: float = 0.01
     """standard deviation of the mean slope and rolling resistance of a drive, in the search of gears. Drives of some
     kilometers climb by less than 1 % on average, and the rolling resistance is about 1 %."""

@@ -14,6 +14,7 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.failure import no_runs
 from vdyn_cli.steps.validate.car.prior import parameter_prior, resistances
 from vdyn_cli.steps.validate.car.start_speeds import rms_speed_error
+from vdyn_cli.steps.validate.drives.engine_turns import with_engine_turns
 from vdyn_cli.steps.validate.drives.late_speed import with_speed_on_time
 from vdyn_cli.steps.validate.input_checks import is_long_trip
 from vdyn_cli.steps.validate.problem import ValidateProblem
@@ -39,7 +40,7 @@ def prepare(spec: ValidateSpec, logs: Sequence[Log], known: Parameters) -> Valid
     right, findings = without_mistaken_acceleration(logs, or_speed=False)
     if spec.settings.model == "road_load":
         right, late = with_speed_on_time(right)
-        findings = (*findings, *late)
+        right, findings = with_engine_turns(right), (*findings, *late)
     return with_logged_elevation(ValidateProblem(spec, right, known, findings=findings))
 
 

@@ -12,7 +12,7 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Solution, Unknown
 from vdyn_cli.physics.laws.grade_resistance import GradeSource
-from vdyn_cli.physics.models.road_load import road_load
+from vdyn_cli.physics.models.road_load import ENGINE_TURNS, road_load
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.quantities.arrays import Array, filled
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -170,6 +170,7 @@ class ValidateProblem(SimulatedProblem):
                     resistances=resistances(self.known),
                     rolled=_by_wheel(self.spec),
                     graded=_graded(self),
+                    geared=all(ENGINE_TURNS in log for log in self.logs),
                 )
             )
         if has_two_motors(self.spec, self.logs) and s.differential == "locked":

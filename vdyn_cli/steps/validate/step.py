@@ -30,7 +30,7 @@ STEP = Step(
     spec=ValidateSpec,
     policy=VALIDATE_POLICY,
     required=("time", "speed", "drive_torque|drive_torque_left+drive_torque_right"),
-    optional=("brake_torque", *OUTPUTS[1:], "jerk", "grade", "elevation", "wind_speed"),
+    optional=("brake_torque", *OUTPUTS[1:], "jerk", "grade", "elevation", "wind_speed", "motor_speed"),
     needs=tuple(ESTIMATED_BY),
     gives=(),
     scaled=(replace(SPEED_OF_WHEEL, in_model=True), TORQUE_OF_MOTOR),

@@ -12,6 +12,7 @@ import numpy as np
 
 from vdyn_cli.description.description_model import HEADING
 from vdyn_cli.inference import white_level
+from vdyn_cli.physics.models.road_load import ENGINE_TURNS
 from vdyn_cli.quantities.arrays import Array, Mask, filled, spans
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log, Samples
@@ -26,6 +27,7 @@ from vdyn_cli.steps.validate.drives.complete_inputs import (
 )
 from vdyn_cli.steps.validate.drives.driven_samples import Driven
 from vdyn_cli.steps.validate.drives.end_speed import end_speed
+from vdyn_cli.steps.validate.drives.engine_turns import without_engine_share
 from vdyn_cli.steps.validate.drives.power_limit import power_limits
 from vdyn_cli.steps.validate.drives.ratio_changes import RatioChange, ratio_changes
 from vdyn_cli.steps.validate.drives.regimes import Marks, marked, pressed, smoothed, stops
@@ -158,7 +160,7 @@ def drive_segments(
     found: list[DriveSegment] = []
     findings: list[Finding] = []
     drives = [completed(log) for log in logs]
-    driven = [(w.time, w.channels, total_drive_torque(w.channels)) for w, _ in drives]
+    driven = without_engine_share([(w.time, w.channels, total_drive_torque(w.channels)) for w, _ in drives])
     limits = power_limits(driven, cut.motion if rolls else None)
     driven = [(time, channels, limit.torque) for (time, channels, _), limit in zip(driven, limits, strict=True)]
     nowhere = [np.zeros(time.size, dtype=bool) for time, _, _ in driven]
@@ -301,7 +303,7 @@ def total_drive_torque(signals: Mapping[str, Array]) -> Array:
 def _segment(run: int, log: Log, condition: RunConditions, a: int, b: int, timed: bool) -> DriveSegment:
     part = slice(a, b + 1)
     time = log.time[part]
-    names = [n for n in (*DRIVE_TORQUES, SENSED_SLOPE, *INPUTS) if n in log]
+    names = [n for n in (*DRIVE_TORQUES, SENSED_SLOPE, ENGINE_TURNS, *INPUTS) if n in log]
     inputs = {n: log[n][part] for n in names}
     outputs = {n: log[n][part] for n in (*OUTPUTS, "jerk") if n in log}
     name = f"{log.name}, {time[0]:.0f} to {time[-1]:.0f} s" if timed else log.name
