@@ -48,7 +48,9 @@ def chips(fit: FitSummary, findings: int, slug: str, gained: bool, doubted: bool
     if fit.runs:
         note = typography.count(len(fit.unknowns), "unknown") + " estimated" if fit.unknowns else ""
         out.append(Chip("runs", str(fit.run_count), "", note))
-    if fit.interval_units:
+    if fit.interval_unit == "model":
+        out.append(Chip("intervals from", "noise model", "", "not from the scatter between runs"))
+    elif fit.interval_units:
         kind = typography.count(fit.interval_units, fit.interval_unit or "unit").partition(" ")[2]
         out.append(Chip("intervals from", str(fit.interval_units), kind, "independent units"))
     if fit.warnings:
