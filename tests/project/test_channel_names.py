@@ -28,7 +28,7 @@ OTHERS = {
     "accel_magnitude|Wheel accel z|Hub Az|Seat acceleration z|"
     "acceleration derived|Linear Acceleration x|userAcceleration.x|vibration accel|Total acceleration|"
     "Querbeschleunigung",
-    "rpm": "Motor speed FL|n_Motor|PropShaftSpeed",
+    "rpm": "Motor speed FL|PropShaftSpeed|Turbine speed|Idle speed|Fan speed",
     "%": "Battery Gradient|Steering gradient|Clutch slip|Torque Converter slip|Engine Load|Grade limit",
 }  # fmt: skip
 
@@ -41,6 +41,7 @@ OF_THE_CAR = {
     ("validate", "drive_torque_left", "N m"): "Hub Motor Torque Left",
     ("validate", "brake_torque", "N m"): "BrkTrq|M_Bremse|Brake torque",
     ("validate", "wheel_speed_rl", "rpm"): "n_HL|Wheel speed RL",
+    ("validate", "motor_speed", "rpm"): "n_Motor|Engine RPM|Motordrehzahl|nEng|Engine speed",
     ("validate", "acceleration", "m/s^2"): "Acceleration_x|Long Accel|Längsbeschleunigung|AccelerometerX|InlineAcc",
     ("validate", "grade", "%"): "Road Grade|Slope|Steigung|坡度",
     ("cg", "pitch_rate", "deg/s"): "Pitch Rate|Gyro Y",
