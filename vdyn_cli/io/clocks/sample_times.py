@@ -74,34 +74,41 @@ def check_rising(
     high = np.maximum.accumulate(filled)
     kept = ~missing
     kept[1:] &= filled[1:] > high[:-1]
+    begins = restarts(time)
+    if begins:
+        return Rising(kept, problems=(_several_recordings(time, begins, where, line_of, row),))
     dropped = np.flatnonzero(~kept)
     what = _description(time, high, dropped, line_of, row)
-    share = dropped.size / time.size
-    begins = restarts(time)
-    if mode == "drop" and share <= MOST_LATE and not begins:
-        left = f"{what}; {_count(dropped.size, 'row')} left out"
-        return Rising(kept, findings=(Finding(where, left),))
-    if begins:
-        what = f"time restarts at {time[begins[0]]:.10g} s at {row} {lines_of(begins, line_of)}"
-        remedy = (
-            f"the file has {len(begins) + 1} recordings: list it as one run for each, with 'recording: 1' to "
-            f"'recording: {len(begins) + 1}', or split it there, or map a clock that does not restart"
-        )
-    elif mode == "drop":
-        most = f"{100 * MOST_LATE:.0f} %"
-        remedy = f"more than {most} of the rows would be left out: export the log again, or split it"
-    elif not (time[1:] < time[:-1]).any() and (share > MOST_LATE or not (time[1:] > time[:-1]).any()):
-        remedy = _of_too_few_digits(time)
-    elif share > MOST_LATE and (clocks := [n for n, v in (channels or {}).items() if rises(v)]):
-        remedy = (
+    if mode == "drop" and dropped.size <= MOST_LATE * time.size:
+        return Rising(kept, findings=(Finding(where, f"{what}; {_count(dropped.size, 'row')} left out"),))
+    remedy = _remedy(time, dropped.size / time.size, mode, channels or {})
+    return Rising(kept, problems=(Finding(where, what, remedy=remedy),))
+
+
+def _several_recordings(time: Array, begins: Sequence[int], where: str, line_of: LineOf, row: str) -> Finding:
+    """The problem of a file that holds several recordings, whose clock restarts at the rows ``begins``."""
+    what = f"time restarts at {time[begins[0]]:.10g} s at {row} {lines_of(begins, line_of)}"
+    remedy = (
+        f"the file has {len(begins) + 1} recordings: list it as one run for each, with 'recording: 1' to "
+        f"'recording: {len(begins) + 1}', or split it there, or map a clock that does not restart"
+    )
+    return Finding(where, what, remedy=remedy)
+
+
+def _remedy(time: Array, share: float, mode: str, channels: Mapping[str, Array]) -> str:
+    """What to do about a share of rows (0 to 1) whose time does not increase."""
+    if mode == "drop":
+        return f"more than {100 * MOST_LATE:.0f} % of the rows would be left out: export the log again, or split it"
+    if share <= MOST_LATE and (time[1:] > time[:-1]).any():
+        return "export the log again, or write 'reading: {clock: drop}' to leave these rows out"
+    if not (time[1:] < time[:-1]).any():
+        return _of_too_few_digits(time)
+    if clocks := [n for n, v in channels.items() if rises(v)]:
+        return (
             f"'{clocks[0]}' increases like a clock: exchange the columns of 'time' and '{clocks[0]}' in the "
             "description, or correct the header if it names them wrongly"
         )
-    elif share > MOST_LATE:
-        remedy = "sort the rows by their time, or export the log again"
-    else:
-        remedy = "export the log again, or write 'reading: {clock: drop}' to leave these rows out"
-    return Rising(kept, problems=(Finding(where, what, remedy=remedy),))
+    return "sort the rows by their time, or export the log again"
 
 
 def _repeated(time: Array, channels: Mapping[str, Array]) -> Mask:
