@@ -88,28 +88,35 @@ def wrong_channels(step: Step, spec: Description, source: YamlSource, dropped: C
             place = source.where((*at, "time"))
             findings.append(Finding(place, "the channel 'time' cannot be a constant", "", "write its column and unit"))
     findings += _rates_beside_time(spec, source)
+    return [*findings, *_missing_channels(step, spec, source, dropped)]
+
+
+def _missing_channels(
+    step: Step, spec: Description, source: YamlSource, dropped: Collection[Location]
+) -> list[Finding]:
+    """Findings on required channels that no logger maps; the first names another manoeuvre that the channels suit."""
+    known = readable_channels(step, spec)
     mapped = {n for channels, _ in channel_maps(spec) for n in channels}
     mapped |= {str(at[-1]) for at in dropped if at[:-1] and at[-2] == "channels"}
     mapped |= set(known) if ("channels",) in dropped or ("loggers",) in dropped else set()
     mapped |= {one.target for one in step.scaled if one.source in mapped}
     place = source.where(("loggers",) if spec.loggers else ("channels",))
     missing = []
-    for entry in step.required:
-        if not _mapped(entry, mapped):
-            ways = alternative_channels(entry)
-            names = " or ".join(" + ".join(way) for way in ways)
-            way = min(ways, key=lambda way: (len(set(way) - mapped), -len(way)))
-            first = next(n for n in way if n not in mapped)
-            line = f"{first}: {{column: '<header>', unit: {known[first].unit or '1'}}}"
-            remedy = f"add '{line}' to the channels{needed_channel(step, way)}"
-            if entry == "time":
-                remedy += "; if the logs have no time but a fixed rate, write it, such as 'reading: {rate: 1 Hz}'"
-            missing.append(Finding(place, f"channel {names} is needed", remedy=remedy))
+    for entry in (e for e in step.required if not _mapped(e, mapped)):
+        ways = alternative_channels(entry)
+        least = min(ways, key=lambda way: (len(set(way) - mapped), -len(way)))
+        first = next(n for n in least if n not in mapped)
+        line = f"{first}: {{column: '<header>', unit: {known[first].unit or '1'}}}"
+        remedy = f"add '{line}' to the channels{needed_channel(step, least)}"
+        if entry == "time":
+            remedy += "; if the logs have no time but a fixed rate, write it, such as 'reading: {rate: 1 Hz}'"
+        names = " or ".join(" + ".join(way) for way in ways)
+        missing.append(Finding(place, f"channel {names} is needed", remedy=remedy))
     others = [n for n, one in step.manoeuvres.items() if all(_mapped(entry, mapped) for entry in one.required)]
     if missing and others:
         more = f"; or write 'manoeuvre: {others[0]}' if the logs are of that test ('vdyn explain {step.name}')"
         missing[0] = replace(missing[0], remedy=missing[0].remedy + more)
-    return [*findings, *missing]
+    return missing
 
 
 def _rates_beside_time(spec: Description, source: YamlSource) -> Iterator[Finding]:
