@@ -134,8 +134,6 @@ def impulses(run: DriveWindows, wheel: Mapping[str, float], delay: float = 0.0) 
 
     With a ``delay`` (s) of the hub's torque and forces, these are read later by it; outside the log they are zero.
     """
-    if not delay:
-        return run.integral(_net_torque(run.log, wheel))
     time, of_hub = run.log.time, cumulative_integral(run.log.time, _net_torque(run.log, {**wheel, "wheel_mass": 0.0}))
     total = run.change(np.interp(time + delay, time, of_hub))
     if wheel:

@@ -138,7 +138,7 @@ class InertiaProblem(SimulatedProblem):
         """The balance over the shortest windows with at most this share of noise, and at least ``least`` s long."""
         assert self.balance is not None
         wheel = self.balance.wheel
-        window = max(long_enough(self.data.runs, wheel, most_noise), least)
+        window = max(long_enough(self.data.runs, self.balance.runs, wheel, most_noise), least)
         runs = _windows(self.data.runs, window, wheel)
         return _balance(runs, self.data.runs, wheel, self.balance.torque_zero)
 

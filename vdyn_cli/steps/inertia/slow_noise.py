@@ -22,6 +22,7 @@ SHARED = -1.5  # var(d3 w) / 20 by the covariance of adjacent w: 2 (-3 - 9 - 3) 
 LEAST_EXCESS = 5.0
 WINDOWS = (0.125, 0.25, 0.5, 1.0)  # s of integration: a clock offset shows where torque and speed change fast
 FEWEST_WINDOWS = 16  # windows of a run
+HUB = ("hub_torque", "hub_force_x", "hub_force_z")  # channels with one clock
 DELAYS = tuple(np.arange(-20, 21) / 100)  # s, of the hub's channels: the range of clock_offset
 TINY = 1e-12  # (rad/s)^2
 # s: ten times the largest clock offset, so that late readings of forces matter little.
@@ -64,7 +65,9 @@ def with_scatter(runs: Sequence[DriveWindows], wheel: Mapping[str, float]) -> tu
             continue
         weights = float(np.median(run.noise.squares)) + SHARED * float(np.median(run.noise.shared))
         sampled = run.noise.torque**2 * weights
-        left, inertia = _aligned_scatter(run, wheel)
+        change, torque = np.diff(run.gained, 3), impulses(run, wheel, likeliest_delay(run, wheel))
+        inertia = float(change @ np.diff(torque, 3) / max(float(change @ change), TINY))
+        left = torque - inertia * run.gained
         of_car = (moment * run.noise.acceleration) ** 2 * weights
         usual = sampled + of_car + THIRD_OF_DIFFERENCES * (inertia * run.noise.speed) ** 2
         whitened.append(left / usual**0.5)
@@ -77,17 +80,29 @@ def with_scatter(runs: Sequence[DriveWindows], wheel: Mapping[str, float]) -> tu
     return tuple(replace(run, noise=replace(run.noise, torque=factor * run.noise.torque)) for run in runs)
 
 
-def _aligned_scatter(run: DriveWindows, wheel: Mapping[str, float]) -> tuple[Array, float]:
-    """Impulses minus inertia times speed gained, (w,) N m s, and the inertia, kg m^2, at the most likely delay.
+def likeliest_delay(run: DriveWindows, wheel: Mapping[str, float]) -> float:
+    """Delay of the hub's channels, s: of ``DELAYS``, that with the largest correlation of impulse and speed gained.
 
-    Of ``DELAYS`` of the hub's channels, it is that with the largest correlation of the third differences of both. As
-    noise, a clock offset would hide itself.
+    The correlation is that of their third differences. 0 for a run with fewer than ``FEWEST_WINDOWS``.
     """
+    if run.first.size < FEWEST_WINDOWS:
+        return 0.0
     change = np.diff(run.gained, 3)
-    tried = [impulses(run, wheel, delay) for delay in DELAYS]
-    torque = max(tried, key=lambda each: cosine(change, np.diff(each, 3)))
-    inertia = float(change @ np.diff(torque, 3) / max(float(change @ change), TINY))
-    return torque - inertia * run.gained, inertia
+    return float(max(DELAYS, key=lambda delay: cosine(change, np.diff(impulses(run, wheel, delay), 3))))
+
+
+def aligned(logs: Sequence[Log], runs: Sequence[DriveWindows], wheel: Mapping[str, float]) -> list[Log]:
+    """The logs with the hub's channels read later by the likeliest delay of each run: as noise, it would hide itself.
+
+    Parameters
+    ----------
+    runs : windows of the logs. wheel : as of :func:`drive_windows`.
+    """
+    later = [log.time + likeliest_delay(run, wheel) for log, run in zip(logs, runs, strict=True)]
+    return [
+        log.with_channels(**{name: np.interp(time, log.time, log[name]) for name in HUB})
+        for log, time in zip(logs, later, strict=True)
+    ]
 
 
 def with_slow_acceleration(
@@ -111,7 +126,7 @@ def with_slow_acceleration(
 
     Source: Fuller, Measurement Error Models (Wiley 1987), 2.2: the bias due to noise of a regressor; Huber (1964).
     """
-    blocks = [drive_windows(log, BLOCK, wheel) for log in logs]
+    blocks = [drive_windows(log, BLOCK, wheel) for log in aligned(logs, runs, wheel)]
     radius, count = wheel["wheel_radius"], sum(b.first.size for b in blocks)
     columns, gained = [], []
     for k, block in enumerate(blocks):
@@ -139,7 +154,7 @@ def _slips(block: DriveWindows, wheel: Mapping[str, float]) -> tuple[Array, Arra
     return block.change(linear), block.change(linear * np.abs(share))
 
 
-def long_enough(logs: Sequence[Log], wheel: Mapping[str, float], most: float) -> float:
+def long_enough(logs: Sequence[Log], runs: Sequence[DriveWindows], wheel: Mapping[str, float], most: float) -> float:
     """The shortest of ``WINDOWS``, s, in which the wheel's speed separates inertia from radius and mass.
 
     The wheel's acceleration is nearly proportional to that of the car, which acts on radius and mass. Only the rest of
@@ -148,9 +163,9 @@ def long_enough(logs: Sequence[Log], wheel: Mapping[str, float], most: float) ->
 
     Parameters
     ----------
-    logs : of the runs. wheel : as of :func:`drive_windows`. most : the share n that is allowed; the last where none
-        keeps it.
+    logs, runs, wheel : as of :func:`aligned`. most : the share n that is allowed; the last where none keeps it.
     """
+    logs = aligned(logs, runs, wheel)
     for width in WINDOWS:
         left = noise = 0.0
         for run in (drive_windows(log, width, wheel) for log in logs):
