@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from vdyn_cli.commands import step_processes
 from vdyn_cli.commands.step_processes import side_by_side
 from vdyn_cli.project.pipeline import StepOutcome, Task
 
@@ -26,7 +27,7 @@ def test_steps_that_wait_for_each_other_are_refused() -> None:
         list(side_by_side(tasks, 2, attempt, {}))
 
 
-def begun_after(task: Task, outcomes: Mapping[str, StepOutcome], folder: Path) -> Iterator[StepOutcome]:
+def begun_after(task: Task, outcomes: Mapping[str, StepOutcome], test: object, folder: Path) -> Iterator[StepOutcome]:
     """An attempt that draws its page only when the step that reads its result has begun."""
     (folder / task.name).touch()
     yield StepOutcome(task.name, "done", reason="result")
@@ -41,7 +42,28 @@ def test_a_step_starts_when_the_results_it_reads_exist_not_their_pages(tmp_path:
     assert {o.name: o.reason for o in found} == {"cg": "page", "bump": "page"}
 
 
-def killed_at_its_page(task: Task, outcomes: Mapping[str, StepOutcome]) -> Iterator[StepOutcome]:
+def read_before(task: Task, outcomes: Mapping[str, StepOutcome], test: object, folder: Path) -> Iterator[StepOutcome]:
+    """An attempt that ends only when the logs of the step that reads its result are read."""
+    latest = time.monotonic() + PATIENCE
+    while task.name == "cg" and not (folder / "bump.yaml").exists() and time.monotonic() < latest:
+        time.sleep(0.01)
+    yield StepOutcome(task.name, "done", reason=f"{test}, {sorted(outcomes)}")
+
+
+def test_the_logs_of_a_step_are_read_while_an_earlier_step_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def logged_test(step: object, path: Path) -> str:
+        (tmp_path / path).touch()
+        return f"logs of {path}"
+
+    monkeypatch.setattr(step_processes, "step_of", str)
+    monkeypatch.setattr(step_processes, "logged_test", logged_test)
+    found = {o.name: o.reason for o, _ in side_by_side(TASKS, 2, partial(read_before, folder=tmp_path), {})}
+    assert found == {"cg": "None, []", "bump": "logs of bump.yaml, ['cg']"}
+
+
+def killed_at_its_page(task: Task, outcomes: Mapping[str, StepOutcome], test: object) -> Iterator[StepOutcome]:
     """An attempt of which one process is killed while it draws its page."""
     yield StepOutcome(task.name, "done", reason="result")
     if task.name == "cg":

@@ -16,6 +16,7 @@ from vdyn_cli.commands.step_processes import side_by_side
 from vdyn_cli.io.files import write_whole
 from vdyn_cli.io.folder_lock import pipeline_lock
 from vdyn_cli.project.archive import ArchivedCampaign, archived_campaigns
+from vdyn_cli.project.inputs import LoggedTest
 from vdyn_cli.project.pipeline import StepOutcome, Task
 from vdyn_cli.quantities.errors import Finding, InputError
 
@@ -81,12 +82,14 @@ def _run(campaigns: Sequence[ArchivedCampaign], folder: Path, jobs: int, tell: T
     return outcomes
 
 
-def _attempt(task: Task, outcomes: Mapping[str, StepOutcome], folder: Path) -> Iterator[StepOutcome]:
+def _attempt(
+    task: Task, outcomes: Mapping[str, StepOutcome], test: LoggedTest | None, folder: Path
+) -> Iterator[StepOutcome]:
     """Run one step of one campaign, with results in a folder of the campaign's name; yields as ``attempt_step``."""
     campaign, _, step = task.name.rpartition(BETWEEN)
     own = {n.rpartition(BETWEEN)[2]: o for n, o in outcomes.items() if n in task.after}
     local = replace(task, name=step, after=tuple(n.rpartition(BETWEEN)[2] for n in task.after))
-    for outcome in attempt_step(local, own, folder / campaign, keep_going=True):
+    for outcome in attempt_step(local, own, test, folder / campaign, keep_going=True):
         yield replace(outcome, name=task.name, section="")
 
 

@@ -15,6 +15,7 @@ from vdyn_cli.commands.step_processes import side_by_side
 from vdyn_cli.io.files import sha256, write_together
 from vdyn_cli.io.folder_lock import pipeline_lock
 from vdyn_cli.project.execute import RefusedResultError, execute
+from vdyn_cli.project.inputs import LoggedTest
 from vdyn_cli.project.pipeline import ParameterSet, StepOutcome, Task, load_plan, parameter_set
 from vdyn_cli.project.result_document import StepRecord, read_record, step_command, to_json, versions
 from vdyn_cli.quantities.errors import Finding, InputError, VdynError, merge_alike
@@ -84,7 +85,7 @@ def _run(
         return tuple(outcomes[t.name] for t in tasks)
     for task in tasks:
         start = time.perf_counter()
-        *_, outcomes[task.name] = attempt(task, outcomes)
+        *_, outcomes[task.name] = attempt(task, outcomes, None)
         print_outcome(outcomes[task.name], time.perf_counter() - start)
     return tuple(outcomes.values())
 
@@ -102,7 +103,7 @@ def _reused(tasks: Sequence[Task], folder: Path) -> Iterator[tuple[StepOutcome, 
 
 
 def attempt_step(
-    task: Task, outcomes: Mapping[str, StepOutcome], folder: Path, keep_going: bool
+    task: Task, outcomes: Mapping[str, StepOutcome], test: LoggedTest | None, folder: Path, keep_going: bool
 ) -> Iterator[StepOutcome]:
     """Run, reuse or skip one step, depending on the outcomes of the steps before it.
 
@@ -111,7 +112,7 @@ def attempt_step(
 
     Parameters
     ----------
-    outcomes : of the steps that have ended, by name. folder : of the results.
+    outcomes : of the steps that have ended, by name. test : its logs if they are read. folder : of the results.
     keep_going : after a failure, run the steps that do not need the failed one.
     """
     stopped = next((o for o in outcomes.values() if not o.good), None)
@@ -121,7 +122,7 @@ def attempt_step(
     known = tuple(folder / f"{n}.json" for n in task.after if outcomes[n].good)
     earlier = _unchanged(task, folder, known)
     try:
-        yield from (earlier,) if earlier is not None else _run_step(task, known, folder)
+        yield from (earlier,) if earlier is not None else _run_step(task, known, folder, test)
     except MissingParameterError as error:
         failed = [n for n in task.after if not outcomes[n].good]
         if failed:
@@ -136,10 +137,10 @@ def attempt_step(
         yield StepOutcome(task.name, "failed", reason="stopped by a bug in vdyn", problems=(finding,), exit_code=70)
 
 
-def _run_step(task: Task, known: tuple[Path, ...], folder: Path) -> Iterator[StepOutcome]:
+def _run_step(task: Task, known: tuple[Path, ...], folder: Path, test: LoggedTest | None) -> Iterator[StepOutcome]:
     """The outcome of a step with its result written, then with its page."""
     try:
-        record = execute(task.name, task.path, known, task.level)
+        record = execute(task.name, task.path, known, task.level, test)
     except RefusedResultError as error:
         write_report(error.record, task.name, folder)
         section = read_section(folder, task.name) or ""

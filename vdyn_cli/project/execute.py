@@ -18,7 +18,7 @@ from vdyn_cli.project.checks.logged_conditions import contradicted_conditions
 from vdyn_cli.project.checks.missing_starts import missing_starts
 from vdyn_cli.project.checks.redundancy import contradicted_radius
 from vdyn_cli.project.checks.simulated_gains import simulated_gain_findings
-from vdyn_cli.project.inputs import Inputs, errors_of_step, gather, placed
+from vdyn_cli.project.inputs import Inputs, LoggedTest, errors_of_step, logged_test, placed, with_known
 from vdyn_cli.project.reading.cut_changes import with_changes
 from vdyn_cli.project.reading.input_uncertainty import with_input_uncertainty
 from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
@@ -46,7 +46,11 @@ class RefusedResultError(ResultError):
 
 
 def execute(
-    step_name: str, path: Path, known_files: Sequence[Path] = (), level: float | None = POLICY.level
+    step_name: str,
+    path: Path,
+    known_files: Sequence[Path] = (),
+    level: float | None = POLICY.level,
+    test: LoggedTest | None = None,
 ) -> StepRecord:
     """Run one step on one description, and diagnose the errors of its model.
 
@@ -55,6 +59,7 @@ def execute(
     step_name, path : the step and the YAML file that describes its test.
     known_files : parameter JSON files of earlier steps, the later ones preferred.
     level : false-alarm probability of the diagnosis; None: no diagnosis.
+    test : the description and its logs, if they are read already.
 
     Raises
     ------
@@ -62,7 +67,7 @@ def execute(
     RefusedResultError : the input is well-formed, but the result cannot be published.
     """
     _LOG.info("reading the logs")
-    inputs = _with_contradictions(gather(load_step(step_name), path, known_files))
+    inputs = _with_contradictions(with_known(test or logged_test(load_step(step_name), path), known_files))
     raise_all(merge_similar(wrong_units(f for log in inputs.logs for f in log.findings)))
     try:
         baseline, found = _estimated(inputs.step, inputs, level)

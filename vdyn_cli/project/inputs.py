@@ -35,7 +35,7 @@ from vdyn_cli.project.reading.channel_sources import (
 from vdyn_cli.project.reading.given_values import contradicted_values
 from vdyn_cli.project.reading.left_out_runs import LeftOutRun, WrongRunsError
 from vdyn_cli.project.reading.logger_columns import log_names
-from vdyn_cli.project.reading.read_inputs import GivenValues, InputProblems, given_values, read_runs
+from vdyn_cli.project.reading.read_inputs import GivenValues, InputProblems, given_values, read_logs, ready_runs
 from vdyn_cli.project.reading.road_profile import survey_note
 from vdyn_cli.project.reading.run_parts import split_runs
 from vdyn_cli.quantities.clock_difference import ClockDifference
@@ -97,6 +97,23 @@ class Inputs:
         )
 
 
+@dataclass(frozen=True, eq=False)
+class LoggedTest:
+    """A description and the logs of its runs, read before the results of earlier steps are known.
+
+    Parameters
+    ----------
+    step : that of the description's manoeuvre. described : the description. kept : indices of the runs to read.
+    problems : in both, and the files. read : log and clocks of the runs that can be read, by index among those kept.
+    """
+
+    step: Step
+    described: PartialSpec[Any]
+    kept: Sequence[int]
+    problems: InputProblems
+    read: Mapping[int, tuple[CutLog, tuple[ClockDifference, ...]]]
+
+
 def gather_usable(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     """The inputs of the runs that can be used, where only single runs are wrong: unreadable or unlike the others.
 
@@ -126,8 +143,6 @@ def gather(
 ) -> Inputs:
     """Read a test's description and all its files, and report all problems at once.
 
-    Wrong entries of the description are removed, so that the logs are checked nevertheless.
-
     Parameters
     ----------
     path : the description. known_files : parameter files, of which later ones have priority.
@@ -138,23 +153,56 @@ def gather(
     WrongRunsError : with all problems, if only some of the runs have any.
     InputError : with all problems of the description, the logs and the parameter files.
     """
+    return with_known(logged_test(step, path, left_out), tuple(known_files))
+
+
+def logged_test(step: Step, path: Path, left_out: frozenset[int] = frozenset[int]()) -> LoggedTest:
+    """Read a test's description and the logs of its runs.
+
+    Wrong entries of the description are removed, so that the logs are checked nevertheless.
+
+    Parameters
+    ----------
+    path : the description. left_out : indices of runs in the description that are not read.
+
+    Raises
+    ------
+    InputError : the description cannot be read.
+    """
     described, kept = _described(step, path, left_out)
     spec, source = described.spec, described.source
     assert spec is not None
     step = step.of(spec)
     problems = InputProblems(dict(source.digests), list(described.problems))
     _check_description(step, described, problems)
-    values = given_values(step, spec, source, tuple(known_files), problems)
-    runs = read_runs(step, spec, source, values.ready, problems)
+    return LoggedTest(step, described, kept, problems, read_logs(step, spec, source, problems))
+
+
+def with_known(test: LoggedTest, known_files: Sequence[Path]) -> Inputs:
+    """The inputs of a test whose logs are read, with the parameters of earlier steps.
+
+    Parameters
+    ----------
+    test : used once, since problems and files are added to its own. known_files : as for ``gather``.
+
+    Raises
+    ------
+    WrongRunsError, InputError : as for ``gather``.
+    """
+    step, described, problems = test.step, test.described, test.problems
+    spec, source = described.spec, described.source
+    assert spec is not None
+    values = given_values(step, spec, source, known_files, problems)
+    runs = ready_runs(step, test.read, values.ready, problems)
     compare_runs(step, spec, source, runs, values, problems)
-    wrong = () if problems.of_test else problems.of_runs.left_out(spec, source, runs.logs, kept)
+    wrong = () if problems.of_test else problems.of_runs.left_out(spec, source, runs.logs, test.kept)
     there, cut = spec.model_copy(update={"runs": [spec.runs[i] for i in runs.read]}), runs.cut
     if len(cut) == len(spec.runs):
         spec, cut = split_runs(step, spec, cut, values.ready)
         there = spec
     logs = tuple(one.log for one in cut)
     used, condensing = condensed_logs(logs, step.rate(spec))
-    data = _loaded(step, spec, path.parent, used, problems)
+    data = _loaded(step, spec, source.path.parent, used, problems)
     found = problems.all()
     if found:
         if data is not None and not problems.of_channels and 0 < len(logs) == len(there.runs):

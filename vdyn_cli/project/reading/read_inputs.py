@@ -94,21 +94,36 @@ def given_values(
     return GivenValues(stated, known, made, road, partial(ready_log, step, constants, made, road))
 
 
-def read_runs(
-    step: Step, spec: Description, source: YamlSource, ready: Callable[[Log], Log], problems: InputProblems
-) -> ReadRuns:
-    """Read the logs of all runs.
+def read_logs(
+    step: Step, spec: Description, source: YamlSource, problems: InputProblems
+) -> dict[int, tuple[CutLog, tuple[ClockDifference, ...]]]:
+    """Read the logs of all runs: those that can be read, by index, with the differences of their loggers' clocks.
 
     Parameters
     ----------
-    ready : adds constants, computed channels and the grade to a log. problems : to which files are added, and runs that
-        cannot be read or have impossible values.
+    problems : to which files are added, and runs that cannot be read.
     """
     apart = problems.of_runs
     tried = {i: attempt(apart.of(i), read_run, step, spec, source, i, problems.files) for i in range(len(spec.runs))}
-    read = {i: one for i, one in tried.items() if one is not None}
-    clocks = tuple(clock for _, differences in read.values() for clock in differences)
     apart.name_columns_at_runs(len(spec.runs))
+    return {i: one for i, one in tried.items() if one is not None}
+
+
+def ready_runs(
+    step: Step,
+    read: Mapping[int, tuple[CutLog, tuple[ClockDifference, ...]]],
+    ready: Callable[[Log], Log],
+    problems: InputProblems,
+) -> ReadRuns:
+    """The runs from ``read_logs``, made ready for the step.
+
+    Parameters
+    ----------
+    ready : adds constants, computed channels and the grade to a log. problems : to which runs are added that have
+        impossible values.
+    """
+    apart = problems.of_runs
+    clocks = tuple(clock for _, differences in read.values() for clock in differences)
     whole = {i: replace(one, log=ready(one.log)) for i, (one, _) in read.items()}
     if not problems.of_channels:
         tested = {i: attempt(apart.of(i), within_physical_limits, step, one.log) for i, one in whole.items()}
