@@ -14,6 +14,7 @@ from vdyn_cli.steps.validate.noise import slow_noise
 
 RADIUS = 0.3
 SPEEDS = ("speed", "wheel_speed_fl", "wheel_speed_rl")
+CAR = {"mass": 1000.0, "rotating_mass": 50.0, "air_density": 1.2, "drag_area": 0.6, "wheel_radius": RADIUS}
 
 
 def coloured(rng: np.random.Generator, rows: int) -> np.ndarray:
@@ -108,12 +109,21 @@ def test_an_error_of_the_slope_also_acts_before_the_first_row_of_a_launch() -> N
     assert off == pytest.approx(9.80665 * 1000.0 / 1050.0 * 0.001 * (at - 5.2), rel=0.1)
 
 
+def test_the_torque_sensors_noise_counts_from_the_last_rest() -> None:
+    """White noise of 300 N m moves 1050 kg over 0.3 m by 0.95 m/s^2 in samples of 0.01 s, as a random walk."""
+    time = np.arange(0.0, 30.0, 0.01)
+    s = driven(speed=np.maximum(np.mod(time, 15.0) - 3.0, 0.0))
+    layout = row_layout(s, SPEEDS[:1], RADIUS, {"speed": s.smooth_speed}, 0.25)
+    variance = np.diag(slow_noise(s, layout, layout.bins, CAR, 300.0).known)
+    since = np.mod(layout.bins.time, 15.0) - 3.1
+    assert variance == pytest.approx((300.0 / RADIUS / 1050.0) ** 2 * 0.01 * since, rel=0.15)
+
+
 def climbed(s: DriveSegment) -> tuple[np.ndarray, np.ndarray]:
     """Standard deviation of the slow rows of a car by a slope that is 0.1 % off, m/s, and their times, s."""
     layout = row_layout(s, SPEEDS[:1], RADIUS, {"speed": s.smooth_speed}, 0.25)
-    car = {"mass": 1000.0, "rotating_mass": 50.0, "air_density": 1.2, "drag_area": 0.6, "wheel_radius": RADIUS}
     error = np.full((s.time.size, 1), 0.001)
     without, with_error = (
-        slow_noise(one, layout, layout.bins, car, 0.1).known for one in (s, replace(s, slope_error=error))
+        slow_noise(one, layout, layout.bins, CAR, 0.1).known for one in (s, replace(s, slope_error=error))
     )
     return np.sqrt(np.diag(with_error - without)), layout.bins.time

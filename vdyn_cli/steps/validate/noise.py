@@ -66,9 +66,9 @@ def slow_noise(
     together = layout.section(bins)[:, None] == layout.section(bins)[None, :]
     spans = _with_unused_motion(s, layout, bins)
     moved, here = integration(spans, drag) * together, np.eye(bins.time.size)
-    since = np.cumsum(spans.width)
     spacing = float(np.median(np.diff(s.time)))
-    walk = driven**2 * spacing * np.minimum(since[:, None], since[None, :]) * together
+    pushed = moved * driven * np.sqrt(spacing / np.maximum(spans.width, spacing))  # by the torque sensor, since a rest
+    walk = pushed @ pushed.T
     walk += DEPARTURE**2 * together * (layout.section(bins) > 0)  # after a rest
     count = bins.count.astype(float)
     level = layout.common_level
