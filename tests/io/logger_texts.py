@@ -98,6 +98,11 @@ TAGGED = "t:Time:s:3:0:1;kmh:Speed GNSS:km/h:1:0:0;v_in:Input voltage:V:2:0:0\n"
 MARKED = '# Lap timer\n"Time","Engine Speed (RPM) *OBD","Vehicle Speed (km/h) *OBD"\n' + rows("{t:.3f},800,{v:.2f}")
 REMARK = "Time [s],RPM,VSS1 [km/h]\nLog started on the way out\n" + rows("{t:.3f},800,{v:.2f}")
 COMMENTS = "Zeit;v_Fzg;T_Aussen\ns;km/h;°C\nZeitkanal;CAN ESP_21;Klima\n" + rows("{t:.3f};{v:.2f};#NV")
+TWO_ROWS = (
+    "\t\tTemp\tWind\tWind\tHi\tHi\t\nDate\tTime\tOut\tSpeed\tDir\tSpeed\tDir\tBar\n\t\tC\tkm/h\t\tkm/h\t\thPa\n"
+    + rows("{d:%d.%m.%Y}\t{d:%H:%M:%S.%f}\t11.2\t{v:.2f}\tENE\t99.5\tE\t983.1")
+)
+COUNTED = "Time [s]\tv [km/h]\tz [mm]\n0\t1\t2\n" + rows("{t:.3f}\t{v:.2f}\t410.0")
 AGAIN = OF_DAY.splitlines(keepends=True)
 EXPORTS = {
     "motec.csv": (MOTEC, "Time", "Ground Speed", "km/h"),
@@ -123,5 +128,7 @@ EXPORTS = {
     "marked.csv": (MARKED, "Time", "Vehicle Speed (km/h) *OBD", "km/h"),
     "remark.csv": (REMARK, "Time [s]", "VSS1 [km/h]", "km/h"),
     "comments.csv": (COMMENTS, "Zeit", "v_Fzg", "km/h"),
+    "two_rows.txt": (TWO_ROWS, "Time", "Wind Speed", "km/h"),
+    "counted.asc": (COUNTED, "Time [s]", "v [km/h]", "km/h"),
     "again.csv": ("".join([*AGAIN[:300], AGAIN[0], *AGAIN[300:]]), "Time", "v [km/h]", "km/h"),
 }

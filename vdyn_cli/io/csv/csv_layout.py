@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from vdyn_cli.io.clocks.written_times import is_day, is_instant, stated_start
-from vdyn_cli.io.csv.csv_cells import COMPASS, decimal_mark, is_written, may_be_thousands, tidy
+from vdyn_cli.io.csv.csv_cells import COMPASS, decimal_mark, is_number, is_written, may_be_thousands, tidy
 from vdyn_cli.io.csv.csv_table import (
     EXAMINED_ROWS,
     MOST_SCORE,
@@ -233,7 +233,8 @@ def _units_row(table: CsvTable) -> tuple[tuple[str, ...], list[CsvRow]]:
     """The units, from a row between header and numbers, or the header; and the other, skipped rows between them."""
     rows = [r for r in table.between if any(f.strip() for f in r.fields)]
     units: tuple[str, ...] = ()
-    stated = next((r for r in rows if holds_units(r.fields, _FEWEST_UNITS)), None)
+    named = (r for r in rows if not all(map(is_number, r.fields)))  # 1 is also a unit
+    stated = next((r for r in named if holds_units(r.fields, _FEWEST_UNITS)), None)
     if stated is not None:
         cells = [unit_text(f) for f in stated.fields]
         units = tuple((cells + [""] * len(table.header))[: len(table.header)])

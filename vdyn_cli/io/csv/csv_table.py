@@ -5,14 +5,14 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import SequenceMatcher
-from itertools import pairwise, zip_longest
+from itertools import pairwise, repeat, zip_longest
 from typing import Literal
 
 from vdyn_cli.io.clocks.written_times import is_day_or_minute, is_instant
-from vdyn_cli.io.csv.csv_cells import is_number, is_written, tidy, with_unit
+from vdyn_cli.io.csv.csv_cells import decimal_mark, is_number, is_written, tidy, with_unit
 from vdyn_cli.io.file_units import is_unit, unit_text
 from vdyn_cli.io.reader import ReadOptions
 from vdyn_cli.quantities.errors import LONGEST_NAME, MOST_COMPARED
@@ -89,6 +89,7 @@ def table_with_header(
     """
     records = _without_comment_marks(records, wanted)
     cells = [_names(r.fields, encoding, wanted) for r in records]
+    cells = [cells[0], *map(_of_two_rows, cells, cells[1:], repeat(frozenset(wanted)))] if cells else []
     hits = [len(set(wanted).intersection(row)) for row in cells]
     if options.header_row is not None:
         at = next((i for i, r in enumerate(records) if r.line == options.header_row), None)
@@ -161,7 +162,7 @@ def _first_of_numbers(records: Sequence[CsvRow], after: int, width: int, clock: 
         start = next((i for i in below if is_numbers(records[i].fields, columns)), None)
     if start is None:
         return None
-    if _counts_columns(records[start].fields, width) and start + 1 < len(records):
+    if start + 1 < len(records) and _counts_columns(records[start].fields, records[start + 1].fields, width):
         start += 1
     while start + 1 < len(records) and not any(map(is_written, records[start].fields)):
         start += 1
@@ -283,6 +284,24 @@ def _names(fields: Sequence[str], encoding: str, wanted: Sequence[str]) -> list[
     return names
 
 
+def _of_two_rows(above: list[str], own: list[str], wanted: Collection[str]) -> list[str]:
+    """The names of a header, joined with those of the row above it where only both together differ.
+
+    Stations write Wind and Hi above two columns Speed. A description may name the columns by the lower row alone.
+    """
+    if len(above) != len(own) or _differ(above) or _differ(own) or holds_units(own) or any(map(is_value, own)):
+        return own
+    joined = [" ".join(two).removeprefix(_UNNAMED).strip() for two in zip(above, own, strict=True)]
+    used = {name.partition("#")[0] for name in wanted} & (set(own) - set(joined))
+    return joined if _differ(joined) and not holds_units(above) and not used else own
+
+
+def _differ(names: Sequence[str]) -> bool:
+    """Whether no two names are equal; empty ones do not count."""
+    written = [name for name in names if name]
+    return len(set(written)) == len(written)
+
+
 def _with_its_unit(cell: str) -> re.Match[str] | None:
     """The match of a header cell that holds a name and its unit, as groups 1 and 2; None for other cells."""
     return _BARRED.fullmatch(cell) or _TAGGED.fullmatch(cell)
@@ -351,9 +370,13 @@ def _resemblance(name: str, cells: Sequence[str]) -> float:
     return max(SequenceMatcher(None, name[:LONGEST_NAME].lower(), cell).ratio() for cell in some)
 
 
-def _counts_columns(fields: Sequence[str], width: int) -> bool:
-    """Whether a row below the header numbers the columns: 1, 2, 3 and so on."""
-    return len(fields) >= max(width, _FEWEST_COUNTED) and all(f.strip() == str(i + 1) for i, f in enumerate(fields))
+def _counts_columns(fields: Sequence[str], below: Sequence[str], width: int) -> bool:
+    """Whether a row below the header numbers the columns: 1, 2, 3 and so on, or 0, 1, 2 where the numbers of the row
+    ``below`` have decimals, since a first sample is often at 0."""
+    if len(fields) < max(width, _FEWEST_COUNTED):
+        return False
+    begin = 0 if all(map(decimal_mark, filter(is_number, below))) else 1
+    return any(all(f.strip() == str(i + n) for i, f in enumerate(fields)) for n in {begin, 1})
 
 
 def _share_of_numbers(fields: Sequence[str]) -> float:
