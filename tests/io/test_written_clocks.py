@@ -218,3 +218,24 @@ def test_a_clock_of_minutes_passes_the_hour_unless_it_pauses() -> None:
     assert since_first(minutes).tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
     restarted = np.r_[1800.0:1803.0, 0.0:3.0]  # a second recording, not half an hour later
     assert since_first(restarted).tolist() == [0.0, 1.0, 2.0, -1800.0, -1799.0, -1798.0]
+
+
+def test_a_clock_is_set_back_at_the_end_of_summer_time_unless_it_pauses() -> None:
+    """25 October 2026, 2:59:50 to 2:00:10; a log that starts again somewhat earlier is another recording."""
+    begin = datetime(2026, 10, 25, 2, 59, 50, tzinfo=UTC).timestamp()
+    gone = np.arange(0.0, 20.0, 0.5)
+    clock = begin + gone - 3600.0 * (gone >= 10.0)
+    assert since_first(clock) == pytest.approx(gone)
+    assert since_first(clock - 300.0) == pytest.approx(clock - begin)
+    assert since_first(clock + 20.0 * (gone >= 10.0))[-1] < 0.0
+
+
+def test_a_clock_since_midnight_goes_on_after_it(tmp_path: Path) -> None:
+    clock = (86_390.0 + TIME) % 86_400.0
+    path = tmp_path / "night.csv"
+    rows = "".join(f"{t:.2f},{v}\n" for t, v in zip(clock, SPEED, strict=True))
+    path.write_text("Time from midnight (s),Velocity (km/h)\n" + rows, encoding="utf-8")
+    listed = survey(path)[0].info
+    assert listed.span == pytest.approx((86_390.0, 86_390.0 + TIME[-1]))
+    columns = {"time": Column("Time from midnight (s)", "s", "s"), "speed": Column("Velocity (km/h)", "km/h", "m/s")}
+    assert read_log(path, columns).time == pytest.approx(86_390.0 + TIME)

@@ -196,8 +196,8 @@ def time_between(first: float, second: float) -> float:
 
 def since_first(seconds: Array) -> Array:
     """Times (n,) in s since the first of them; a decrease by more than half a day is taken as midnight, one from 12:59
-    to 1:00 as the hour after noon of a clock of 12 hours, and one of minutes and seconds, 59:59.9 to 00:00.0, as a full
-    hour if the time goes on without a pause.
+    to 1:00 as the hour after noon of a clock of 12 hours, and one of minutes and seconds, 59:59.9 to 00:00.0, or of an
+    hour at a full hour (the end of summer time), as a full hour if the time goes on without a pause.
     """
     written = np.flatnonzero(np.isfinite(seconds))
     if not written.size:
@@ -212,8 +212,29 @@ def since_first(seconds: Array) -> Array:
 
 
 def _full_hours(at: Array) -> Array:
-    """The full hours (n,) that a clock of minutes and seconds (n,), s, has passed; 0 for any other clock."""
+    """The full hours (n,) that a clock of minutes and seconds (n,), s, has passed, or by which one of a time of day
+    (n,), s, was set back at the end of summer time; 0 for any other clock."""
     steps = np.diff(at, prepend=at[0])
-    if at.size < 3 or not (at.min() >= 0.0 and at.max() < _HOUR and steps.min() < -0.5 * _HOUR):
+    if at.size < 3 or not steps.min() < -0.5 * _HOUR:
         return np.zeros(at.size)
-    return np.cumsum((steps < 0.0) & (steps + _HOUR <= _MOST_STEPS * np.median(steps[1:])))
+    longest = _MOST_STEPS * np.median(steps[1:])
+    back = (steps < 0.0) & (np.abs(steps + _HOUR) <= longest)
+    if at.min() >= 0.0 and at.max() < _HOUR:
+        return np.cumsum((steps < 0.0) & (steps + _HOUR <= longest))
+    back &= (at % _HOUR <= longest) & (np.count_nonzero(back) == 1)
+    return np.cumsum(back)
+
+
+def past_midnight(seconds: Array) -> Array:
+    """A clock (n,) of s since midnight that goes on at 0 after 86400 without a pause, without that decrease."""
+    written = np.flatnonzero(np.isfinite(seconds))
+    at = seconds[written]
+    steps = np.diff(at, prepend=at[:1])
+    night = steps < -_DAY / 2
+    if np.count_nonzero(night) != 1 or at.min() < 0.0 or at.max() > _DAY:
+        return seconds
+    if float((steps + _DAY)[night][0]) > _MOST_STEPS * np.median(steps[1:]):
+        return seconds
+    counted = seconds.copy()
+    counted[written] += _DAY * np.cumsum(night)
+    return counted

@@ -15,7 +15,7 @@ import numpy as np
 from vdyn_cli.io.clocks.appended_recordings import recording_rows
 from vdyn_cli.io.clocks.clock_unit import clock_unit
 from vdyn_cli.io.clocks.sample_times import LineOf, check_rising
-from vdyn_cli.io.clocks.written_times import seconds_of_digits, since_first
+from vdyn_cli.io.clocks.written_times import past_midnight, seconds_of_digits, since_first
 from vdyn_cli.io.csv.csv_columns import match_columns, unit_in_header
 from vdyn_cli.io.csv.csv_layout import Layout, find_layout
 from vdyn_cli.io.csv.csv_numbers import Lines, Numbers, read_numbers
@@ -82,6 +82,7 @@ class CsvReader:
             if (of_day := seconds_of_digits(numbers.columns[i], names[i])) is not None:
                 numbers.columns[i], units[i] = since_first(of_day), "s"
                 begins[i] = float(of_day[np.isfinite(of_day)][0])
+        numbers.columns.update({i: past_midnight(numbers.columns[i]) for i in timed if units[i] == "s"})
         columns = numbers.columns
         of_tables = [i for i, cell in names.items() if i not in text and may_be_clock(cell, units[i])]
         beside = separate_clocks(layout.header, {i: columns[i] for i in of_tables})
@@ -147,6 +148,7 @@ class CsvReader:
             raw["time"], begin = since_first(of_day), float(of_day[np.isfinite(of_day)][0])
             what = "channel 'time' is read as hours, minutes and seconds in digits, hhmmss.ss"
             findings.append(Finding(f"{name}, column '{columns['time']}'", what, minor=True))
+        raw["time"] = past_midnight(raw["time"]) if logged else raw["time"]
         place = f"{name}, column '{columns['time']}'"
         written = _rising(raw, rows.kept, numbers.lines, mapping["time"], options, place)
         numbers.columns.clear()
