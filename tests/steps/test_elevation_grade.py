@@ -46,6 +46,14 @@ def test_finer_steps_are_more_exact() -> None:
     assert rms[1] < 0.5 * rms[0]
 
 
+def test_an_uncertain_lag_is_an_error_of_the_grade() -> None:
+    """At 20 m/s, 0.5 s are 10 m of road."""
+    (found,) = elevation_grades([hilly(0.1, np.random.default_rng(4))])
+    added = found.with_lag_error(0.5).error_at(found.time)[:, -1]
+    wave = STEEP * 2 * np.pi / LENGTH * np.cos(2 * np.pi * found.distance / LENGTH)
+    assert np.sqrt(np.mean((added - 10.0 * wave) ** 2)) < 2.0 * wave.max()
+
+
 @pytest.mark.parametrize(("decimals", "noise"), [(2, 0.15), (1, 0.1)])
 def test_a_held_elevation_counts_its_own_readings_only(decimals: int, noise: float) -> None:
     """At 50 Hz, ten readings a second would look like five times as many, with an error that wanders."""

@@ -96,6 +96,11 @@ class ElevationGrade:
         place = np.interp(time, self.time, self.distance)
         return np.column_stack([np.interp(place, self.nodes, column) for column in self.error.T])
 
+    def with_lag_error(self, std: float) -> ElevationGrade:
+        """The grade with the error of a lag T with standard deviation ``std``, s: -T di/dt with slope i."""
+        rate = np.interp(self.nodes, self.distance, np.gradient(self.grade, self.time))
+        return replace(self, error=np.column_stack([self.error, std * rate]))
+
     def scaled(self, share: float) -> ElevationGrade:
         """The grade multiplied by ``share``, with the same error."""
         return replace(self, slope=share * self.slope)

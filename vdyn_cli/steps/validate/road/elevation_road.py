@@ -11,7 +11,7 @@ from vdyn_cli.steps.elevation_grade import elevation_grades, late_grades, with_g
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.policy import VALIDATE_POLICY
 from vdyn_cli.steps.validate.problem import ValidateProblem
-from vdyn_cli.steps.validate.road.slope_evidence import shown_slope
+from vdyn_cli.steps.validate.road.slope_evidence import shown_lag, shown_slope
 
 LAG_ROUNDS = 4  # linearizations of the elevation's lag
 LAG_SETTLED = 0.05  # s, change of the lag that ends them: 1 m of road at 20 m/s
@@ -54,24 +54,27 @@ def with_logged_elevation(problem: ValidateProblem) -> ValidateProblem:
 def _on_time(made: ValidateProblem, logged: ValidateProblem) -> ValidateProblem:
     """The problem with the grades ``made`` of the elevation of ``logged``, moved to where the drives show their hills.
 
-    A barometer and its filter lag by a second or more, in which the car drives 20 m and more. To first order, a lag
-    T of the elevation changes the speed as the slope -T di/dt; T is found by linearizing again about the last value.
-    The likeliest lag is used however little it explains, because the error of the grade contains no lag.
+    A barometer and its filter lag by a second or more, in which the car drives 20 m and more. The lag is found by
+    linearizing again about the last value, and used where it is significant. Its standard error becomes one of the
+    grade, in each run independently.
     """
     now, late = made, 0.0
     for _ in range(LAG_ROUNDS):
-        rates = [np.gradient(g.grade, g.time) for g in now.grades]
-        change, _ = shown_slope(now.baseline, now.logs, rates)
+        change, std = shown_lag(now.baseline, now.logs, [g.grade for g in now.grades])
         late += change
-        if not 0.0 < late < VALIDATE_POLICY.largest_elevation_lag:
-            return made
+        if not VALIDATE_POLICY.certain_elevation_lag * std < late < VALIDATE_POLICY.largest_elevation_lag:
+            now = made
+            break
         grades = late_grades(logged.logs, made.grades, late)
         now = replace(made, logs=with_grades(logged.logs, grades), grades=grades)
         if abs(change) < LAG_SETTLED:
             break
-    if late < LAG_SETTLED:
-        return made
-    what = f"the likeliest lag of the elevation is {late:.2g} s by the drives, and its grade was moved by it"
-    remedy = "map 'grade' if it is known better"
-    finding = Finding("channels.elevation", what, remedy=remedy, minor=True)
-    return replace(now, findings=(*now.findings, finding))
+    std = min(std, VALIDATE_POLICY.largest_elevation_lag / 12**0.5)  # of a lag that may have any value
+    right = replace(now, grades=tuple(g.with_lag_error(std) for g in now.grades))
+    if now is made:
+        return right
+    what = (
+        f"the likeliest lag of the elevation is {late:.2g} +- {2 * std:.1g} s by the drives, and its grade was moved "
+    )
+    finding = Finding("channels.elevation", what + "by it", remedy="map 'grade' if it is known better", minor=True)
+    return replace(right, findings=(*right.findings, finding))

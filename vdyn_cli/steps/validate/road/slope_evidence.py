@@ -1,8 +1,8 @@
-"""Which share of a measured slope the drives show, beside errors of road load and torque."""
+"""Which share of a measured slope the drives show, and how late, beside errors of road load and torque."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -12,10 +12,11 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.validate.car.simulation import SimulationSetup
-from vdyn_cli.steps.validate.drives.segments import DriveSegment, total_drive_torque
+from vdyn_cli.steps.validate.drives.segments import total_drive_torque
 from vdyn_cli.steps.validate.noise import inertia_of
 
 BIN = 1.0  # s, over which forces are averaged; short compared with the decay of a speed change, about a minute
+BLOCK = 20  # bins whose forces count as one in a standard error: gusts and hills last for 5 to 10 s
 
 
 def shown_slope(setup: SimulationSetup, logs: Sequence[Log], slopes: Sequence[Array]) -> tuple[float, float]:
@@ -37,11 +38,10 @@ def shown_slope(setup: SimulationSetup, logs: Sequence[Log], slopes: Sequence[Ar
     ------
     ResultError : the simulation is not finite.
     """
-    values, made = setup.prior.values, []
-    for k, s in enumerate(setup.segments):
-        slope = np.interp(s.time, logs[s.run].time, slopes[s.run])
-        responses, error = _responses(s, setup.first[k].values["speed"] - s.outputs["speed"], slope, values)
-        starts = np.zeros((error.size, len(setup.segments)))
+    made, runs = [], len(setup.segments)
+    for k in range(runs):
+        responses, error, _ = _responses(setup, k, logs, slopes)
+        starts = np.zeros((error.size, runs))
         starts[:, k] = responses[:, 0]
         made.append((np.hstack([starts, responses[:, 1:]]), error))
     columns, error = np.vstack([c for c, _ in made]), np.concatenate([e for _, e in made])
@@ -53,8 +53,50 @@ def shown_slope(setup: SimulationSetup, logs: Sequence[Log], slopes: Sequence[Ar
     return float(-share[-1]), float(1.0 - np.linalg.norm(rest) / np.linalg.norm(without))
 
 
-def _responses(s: DriveSegment, error: Array, slope: Array, values: Mapping[str, float]) -> tuple[Array, Array]:
-    """Responses (b, 6) of the speed to its start and to five forces, and its error (b,), both at the ends of bins."""
+def shown_lag(setup: SimulationSetup, logs: Sequence[Log], slopes: Sequence[Array]) -> tuple[float, float]:
+    """The lag of a measured slope behind the hills that the drives show, to first order, and its standard error, s.
+
+    A lag T changes the slope by -T di/dt. The force that the simulation lacks, M (e' + p e) for the error e of its
+    speed, is fitted by least squares with those of ``shown_slope`` and with -m g di/dt: the speed's errors accumulate,
+    and would be correlated over a minute. With x what is orthogonal to the other forces in -m g di/dt, and r what the
+    fit leaves, the standard error is sqrt(sum over blocks of (x'r)^2) / x'x.
+
+    Parameters
+    ----------
+    setup : mass on a road with the slopes. logs : of its drives. slopes : (n,) of each log, uphill.
+
+    Raises
+    ------
+    ResultError : the simulation is not finite.
+    """
+    rates = [np.gradient(slope, log.time) for slope, log in zip(slopes, logs, strict=True)]
+    made = []
+    for k in range(len(setup.segments)):
+        responses, error, kept = _responses(setup, k, logs, rates)
+        rows = np.column_stack([error, responses[:, 1:]])
+        forces = rows[1:] - kept[1:, None] * rows[:-1]
+        block = k + np.arange(len(forces)) // BLOCK / len(forces)
+        made.append(np.column_stack([block, forces])[np.isfinite(forces[:, 0])])
+    block, lacking, others, late = np.split(np.vstack(made), [1, 2, -1], axis=1)
+    own = ordinary_least_squares(others, late[:, 0])[1]
+    without = ordinary_least_squares(others, lacking[:, 0])[1]
+    square = max(float(own @ own), 1e-300)
+    lag = float(own @ without) / square
+    scores = np.bincount(np.unique(block, return_inverse=True)[1].ravel(), own * (without - lag * own))
+    # Of a slope that is late, the simulation is too fast where the slope rises.
+    return -lag, float(np.linalg.norm(scores)) * (scores.size / max(scores.size - 1, 1)) ** 0.5 / square
+
+
+def _responses(
+    setup: SimulationSetup, segment: int, logs: Sequence[Log], slopes: Sequence[Array]
+) -> tuple[Array, Array, Array]:
+    """Responses (b, 6) of a segment's speed to its start and to five forces, and its error (b,), at the ends of bins.
+
+    Also the share (b,) of a change of speed that is left after a bin.
+    """
+    s, values = setup.segments[segment], setup.prior.values
+    error = setup.first[segment].values["speed"] - s.outputs["speed"]
+    slope = np.interp(s.time, logs[s.run].time, slopes[s.run])
     bins, inertia = cut(s.time, BIN), inertia_of(values)
     speed = bins.mean(s.inputs["speed"] if "speed" in s.inputs else np.nan_to_num(s.outputs["speed"]))
     torque = bins.mean(total_drive_torque(s.inputs)) * values.get("gear_ratio", 1.0) / values["wheel_radius"]
@@ -65,4 +107,4 @@ def _responses(s: DriveSegment, error: Array, slope: Array, values: Mapping[str,
     for force, share, width in zip(forces, kept, bins.width, strict=True):
         state = share * state + width * force
         found.append(state)
-    return np.array(found), bins.mean(error)
+    return np.array(found), bins.mean(error), kept
