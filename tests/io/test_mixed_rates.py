@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from vdyn_cli.io.clocks.mixed_rates import slower_rows
 from vdyn_cli.io.formats.log_formats import read_log
 from vdyn_cli.io.reader import Column
+from vdyn_cli.quantities.errors import InputError
 
 N = 4000
 TIME = np.arange(N) / 100.0
@@ -77,3 +78,37 @@ def test_a_finding_names_the_line_of_the_file(tmp_path: Path) -> None:
     log = read_log(tmp_path / "log.csv", {"time": Column("t", "s", "s"), "speed": Column("v", "m/s", "m/s")})
     assert log.time[0] == 0.1
     assert log["speed"][100] == 1e4
+
+
+def table_of_changes(path: Path, repeated: bool) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Rows every 10 ms of a speed that changes by quanta of 0.1 km/h, and a brake that is applied once; the signals.
+
+    Only changes are written, or (``repeated``) a tenth of the values, at random.
+    """
+    time = np.arange(6000) / 100.0
+    speed = np.round((50.0 + 20.0 * np.sin(time / 7.0)) * 10.0) / 10.0
+    brake = np.where((time >= 40.0) & (time < 45.0), 400.0, 0.0)
+    dense = np.round(100.0 * np.sin(time / 3.0), 4)
+    shown = RANDOM.random(time.size) < 0.1 if repeated else np.r_[True, np.diff(speed) != 0.0]
+    braked = RANDOM.random(time.size) < 0.1 if repeated else np.r_[True, np.diff(brake) != 0.0]
+    cells = zip(time, dense, np.where(shown, speed, np.nan), np.where(braked, brake, np.nan), strict=True)
+    rows = [",".join("" if np.isnan(x) else f"{x:.10g}" for x in row) for row in cells]
+    path.write_text("\n".join(["t,Torque,Speed,Brake", *rows]) + "\n")
+    return speed, brake
+
+
+def test_blanks_hold_the_last_value_where_only_changes_are_written(tmp_path: Path) -> None:
+    speed, brake = table_of_changes(tmp_path / "log.csv", repeated=False)
+    columns = {"time": Column("t", "s", "s"), "drive_torque": Column("Torque", "N m", "N m")}
+    columns |= {"speed": Column("Speed", "km/h", "km/h"), "brake_torque": Column("Brake", "N m", "N m")}
+    log = read_log(tmp_path / "log.csv", columns)
+    assert any("written only where the value changes: 'speed', 'brake_torque'" in f.what for f in log.findings)
+    assert np.abs(log["speed"] - speed).max() < 0.11
+    assert np.abs(log["brake_torque"] - brake)[:3960].max() == 0.0  # until shortly before the brake
+
+
+def test_values_that_are_missing_at_random_are_not_held(tmp_path: Path) -> None:
+    table_of_changes(tmp_path / "log.csv", repeated=True)
+    columns = {"time": Column("t", "s", "s"), "speed": Column("Speed", "km/h", "km/h")}
+    with pytest.raises(InputError, match="has no value in"):
+        read_log(tmp_path / "log.csv", columns)

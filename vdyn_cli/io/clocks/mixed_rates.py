@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
+from vdyn_cli.io.clocks.changed_values import held, rows_until_change
 from vdyn_cli.quantities.arrays import Array, Rows
+from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log, LogSource
 
 _FEWEST_VALUES = 4  # values, least number that shows a rate
@@ -40,11 +43,13 @@ def slower_rows(time: Array, values: Array) -> Rows | None:
 def split_by_rate(log: Log) -> Log:
     """The log of a table, as read, with the channels of other rates moved to ``source.others``.
 
-    The log has the rows of its first channel; blanks that do not show a slower rate stay NaN.
+    The log has the rows of its first channel; blanks that do not show a slower rate stay NaN. Where the logger wrote
+    channels only at changes (``rows_until_change``), blanks hold the last value.
     """
     if log.source is None or not log.channels:
         return log
-    found = {name: slower_rows(log.time, values) for name, values in log.channels.items()}
+    changed = rows_until_change(log)
+    found = {name: changed.get(name, slower_rows(log.time, values)) for name, values in log.channels.items()}
     if all(rows is None for rows in found.values()):
         return log
     groups: dict[bytes, list[str]] = {}
@@ -52,7 +57,14 @@ def split_by_rate(log: Log) -> Log:
         groups.setdefault(b"" if rows is None else rows.tobytes(), []).append(name)
     first, *others = (_part(log, log.source, names, found[names[0]]) for names in groups.values())
     source = replace(first.source or log.source, others=(*log.source.others, *others), problems=log.source.problems)
-    return replace(first, source=source, findings=log.findings)
+    return replace(first, source=source, findings=(*log.findings, *_at_changes(log, changed)))
+
+
+def _at_changes(log: Log, changed: Mapping[str, Rows]) -> Iterator[Finding]:
+    if changed:
+        names = ", ".join(f"'{name}'" for name in changed)
+        what = f"written only where the value changes: {names}"
+        yield Finding(log.name, what, remedy="no action needed: each value holds until the next one", minor=True)
 
 
 def _part(log: Log, source: LogSource, names: list[str], rows: Rows | None) -> Log:
@@ -62,7 +74,7 @@ def _part(log: Log, source: LogSource, names: list[str], rows: Rows | None) -> L
     if rows is None:
         return Log(log.name, log.time, channels, (), replace(source, columns=columns, problems=(), others=()))
     line_of = partial(_line, source, rows)
-    own = {name: values[rows] for name, values in channels.items()}
+    own = {name: held(values, rows) for name, values in channels.items()}
     return Log(log.name, log.time[rows], own, (), LogSource(columns, line_of, row=source.row))
 
 
