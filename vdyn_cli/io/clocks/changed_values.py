@@ -49,7 +49,7 @@ def _shows_changes(steps: Array) -> bool:
     moves = np.abs(steps[steps != 0.0])
     one = np.abs(steps) < _ONE_QUANTUM * moves.min(initial=np.inf)
     fewest = min(np.count_nonzero(one & (steps > 0.0)), np.count_nonzero(one & (steps < 0.0)))
-    return fewest >= _FEWEST_STEPS and np.count_nonzero(steps == 0.0) <= _MOST_EQUAL * fewest
+    return bool(fewest >= _FEWEST_STEPS and np.count_nonzero(steps == 0.0) <= _MOST_EQUAL * fewest)
 
 
 def _rows(time: Array, written: Rows, period: float) -> Rows:
