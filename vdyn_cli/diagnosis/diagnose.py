@@ -134,21 +134,23 @@ def _with_free_form(
     The wrong form of a law hides every other error: no candidate is sufficient beside it, and a learned law absorbs
     what else is wrong. An answer that leaves more than noise leaves the error of the form in the parameters. An answer
     with which the model cannot be fitted is none. Nor are answers without amplitude in the fits that the step
-    publishes, if the free form shows no error: they stood for the wrong form.
+    publishes, if the free form shows no error: they stood for the wrong form. A learned law that leaves only noise is
+    kept where no single effect beside the free form does: several effects and a free form follow more than one law.
     """
     free = getattr(prepared.problem, "with_free_form", None)  # a problem of a plug-in may have none
-    unexplained = found.judgment.verdict in ("named", "data_fault", "ambiguous", "unknown")
-    sufficient = found.learned is None and any(a.sufficient for a in found.judgment.answers)
-    if free is None or not unexplained:
+    if free is None or found.judgment.verdict in ("adequate", "not_testable"):
         return prepared, found
-    idle = sufficient and not without_zero_answers(found.strategy, found.judgment, prepared.problem)[0].answers
-    if sufficient and not idle:
+    complete, listed = any(a.sufficient for a in found.judgment.answers), found.learned is None
+    idle = complete and listed and not without_zero_answers(found.strategy, found.judgment, prepared.problem)[0].answers
+    if complete and listed and not idle:
         return prepared, found
     freed = replace(prepared, problem=free)
     try:
         strategy = open_strategy(setup_of(freed, level))
         judgment = judge(strategy, faults, limits)
     except (ResultError, ArithmeticError):
+        return prepared, found
+    if complete and not listed and not any(a.sufficient and len(a.effects) == 1 for a in judgment.answers):
         return prepared, found
     shown = any(published_answer(strategy, a, free)[0] is not None for a in judgment.answers)
     silent = idle and judgment.verdict == "adequate"

@@ -1,7 +1,4 @@
 from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
-from vdyn_cli.engine.maths import tanh
-
-CORNER = 0.05  # m/s, over which |vs| is smoothed
 
 
 @effect(
@@ -18,5 +15,6 @@ def friction_fade(friction: Law, s: Signals, q: Signals) -> Number:
     """Peak friction that decreases with sliding speed, in addition to the curve's decrease over slip.
 
     mu = D (1 - kv |vs|), vs = s V, with mu the peak friction, vs the sliding speed, m/s, s the slip, V the speed.
+    The signal ``sliding`` is |vs|.
     """
-    return friction(s) * (1 - q.friction_fade * s.sliding * tanh(s.sliding / CORNER))
+    return friction(s) * (1 - q.friction_fade * s.sliding)

@@ -20,6 +20,7 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.tire import problem as tire_problem
 from vdyn_cli.steps.tire.binned_sweep import binned_sweep
 from vdyn_cli.steps.tire.fitted_curve import FittedCurve
+from vdyn_cli.steps.tire.parts import tire_parts
 from vdyn_cli.steps.tire.problem import prepare
 from vdyn_cli.steps.tire.spec import TireSpec
 from vdyn_cli.steps.tire.step import STEP
@@ -105,6 +106,24 @@ def test_the_slope_is_that_of_the_free_form_that_can_be_fitted() -> None:
     found = prepare(SPEC, logs, Parameters()).publish(added(fade)).parameters["tire_longitudinal_stiffness"]
     low, high = found.interval95
     assert low < SLOPE < high < low + 0.4 * SLOPE
+
+
+def faded(rng: np.random.Generator) -> tuple[Log, ...]:
+    """Sweeps at four rising speeds with friction that is a quarter smaller at large sliding speeds."""
+    time, logs = np.arange(0.0, 9.0, 0.02), []
+    for k, speed in enumerate((6.0, 12.0, 20.0, 30.0)):
+        slip = 0.25 * np.sin(2 * np.pi * time / 9.0)
+        friction = 1.0 - 0.25 * (1.0 - np.exp(-np.abs(slip) * speed / 3.0))
+        force = 4000.0 * friction * np.sin(1.4 * np.arctan(11.0 * slip)) + 15.0 * rng.standard_normal(time.size)
+        read = {"slip": slip + 1e-3 * rng.standard_normal(time.size), "vehicle_speed": np.full(time.size, speed)}
+        read |= {"force_x": force, "force_z": 4000.0 + 15.0 * rng.standard_normal(time.size)}
+        logs.append(Log(f"sweep_{k}.csv", time, read))
+    return tuple(logs)
+
+
+def test_friction_over_the_sliding_speed_is_one_curve_for_driving_and_braking() -> None:
+    (sliding,) = [part for part in tire_parts(faded(np.random.default_rng(9))) if part.coordinate == "sliding"]
+    assert sliding.span == pytest.approx((0.0, 7.5), abs=0.1)
 
 
 @pytest.mark.slow  # two diagnoses

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from math import inf
+from math import inf, isfinite
 
 from scipy.special import chdtrc
 
@@ -250,10 +250,12 @@ def _equalled(judgment: Judgment, law: CandidateModel) -> bool:
 def _with_two_laws(strategy: Strategy, judgment: Judgment, finding: PartFinding) -> Judgment | None:
     """The judgment that names two laws of the part, which together explain what its free curve does; None without such.
 
-    A part may depart from its law in two ways at once, as a damper of other rates in rebound and in fast strokes.
+    A part may depart from its law in two ways at once, as a damper of other rates in rebound and in fast strokes. Laws
+    of another coordinate, such as a wear over time beside a friction over the sliding speed, follow no curve together.
     """
     search, model = finding.search, strategy.model
-    names = [w.effect for w in finding.laws if len(model.amplitudes(w.effect)) <= POLICY.simple_unknowns]
+    simple = [w for w in finding.laws if len(model.amplitudes(w.effect)) <= POLICY.simple_unknowns]
+    names = [w.effect for w in simple if isfinite(w.share_of_curve)]
     found: list[tuple[float, CandidateModel]] = []
     for pair in combinations(names, 2):
         fitted = search.with_effects(pair)
@@ -262,10 +264,8 @@ def _with_two_laws(strategy: Strategy, judgment: Judgment, finding: PartFinding)
         answer = candidate_model(strategy, pair)
         if answer is not None and not answer.unphysical and all_needed(strategy, answer):
             found.append((fitted.squares, answer))
-    if not found:
-        return None
-    answer = min(found, key=lambda one: one[0])[1]
-    return _naming(judgment, answer, held_out_gain(strategy, judgment.base, answer.fitted))
+    best = min(found, key=lambda one: one[0], default=None)
+    return None if best is None else _naming(judgment, best[1], held_out_gain(strategy, judgment.base, best[1].fitted))
 
 
 def _naming(judgment: Judgment, answer: CandidateModel, gain: HeldOutGain | None) -> Judgment | None:

@@ -18,11 +18,12 @@ KEPT_SLOPE = "tire_kept_slope"  # 0 unless it is unknown
 RIM_SHARE = "tire_rim_share"  # 0 unless it is unknown
 LEAST_TURN = 0.02  # ratio of the rim's to the hub's speed, below which a wheel counts as locked
 LEAST_GRIP = 0.1  # share of D, below which the curve keeps its shape
+STILL = 1e-2  # m/s, of sliding, below which the tread counts as adhering
 TURN = 1e-4  # slip over which the curve changes from braking to driving
 
 
 def _force(e: ModelBuilder, u: Signals, read: Number, **sliding: Number) -> None:
-    """The curve with shifts, and separate B and D in braking; load and sliding speed change the peak friction.
+    """The curve with shifts, and separate B and D in braking; load and |sliding speed| change the peak friction.
 
     Fx = Fz (D' sin(C atan(B' s - E (B' s - atan(B' s)))) + Sv),  s = slip + Sh,  B' and D' by the sign of s
 
@@ -74,7 +75,7 @@ def _driven(e: ModelBuilder, u: Signals, **differing: Number) -> None:
     # To first order about the slip that ``BinnedSweep.lagged`` computes.
     read = (1 + u.slip) * (1 + e.p.radius_error) - 1 - e.p.tire_relaxation_length * u.slip_gradient
     slip = e("slip", value=read, slip_rate=u.slip_rate, speed_growth=u.speed_growth, **differing)
-    _force(e, u, slip, sliding=slip * u.speed)
+    _force(e, u, slip, sliding=maths.soft_abs(slip * u.speed, STILL))
 
 
 def _at_speeds(e: ModelBuilder, u: Signals) -> None:

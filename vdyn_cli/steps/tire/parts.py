@@ -20,7 +20,7 @@ def tire_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
     """The parts: force over slip and returning slip, its reading over the load, friction over load and sliding speed.
 
     A force in addition to the curve that depends only on the load is an error of its reading: a tire without slip
-    transfers nearly no force. Friction over sliding speed needs ``vehicle_speed``.
+    transfers nearly no force. Friction over the magnitude of the sliding speed needs ``vehicle_speed``.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def tire_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
         ),
     ]  # fmt: skip
     if all("vehicle_speed" in log for log in logs):
-        sliding = span_of([log["slip"] * log["vehicle_speed"] for log in logs], 0.1)
+        sliding = 0.0, span_of([np.abs(log["slip"] * log["vehicle_speed"]) for log in logs], 0.1)[1]
         parts.append(
             Part(
                 "friction", "", "sliding", sliding, GRIP, "", "m/s", "the tire's friction", "sliding speed",
