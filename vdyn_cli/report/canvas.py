@@ -143,9 +143,12 @@ def add_axes(page: MplFigure, area: PlotArea, lines: Collection[str] = ("left", 
     ----------
     lines : sides of the axes with a thin line: left, bottom.
     """
+    from vdyn_cli.report.tickless_axes import TicklessAxes
+
     width, height = page.get_size_inches() * 72
     bottom = height - area.top - area.height
-    axes = page.add_axes((area.left / width, bottom / height, area.width / width, area.height / height))
+    within = (area.left / width, bottom / height, area.width / width, area.height / height)
+    axes = page.add_axes(within, axes_class=TicklessAxes)
     axes.set_axis_off()
     ends = {"left": (area.left, bottom + area.height), "bottom": (area.left + area.width, bottom)}
     _strokes(page, [((area.left, bottom), ends[side]) for side in ends if side in lines], INK, 2.5)
