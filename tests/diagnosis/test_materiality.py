@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.diagnosis.line_step import estimate
+from tests.diagnosis.line_step import HIDDEN_SLOPE, SLOPE, WIND, diagnosed, estimate, offer, publishing
 from tests.diagnosis.linear import Campaign, cause
 from vdyn_cli.diagnosis.name import candidate_judgment
 from vdyn_cli.diagnosis.name.candidate_judgment import _is_significant, _with_idle_remainder, judge
@@ -20,6 +20,8 @@ from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 from vdyn_cli.diagnosis.verdict_text import verdict_sentence
 from vdyn_cli.quantities.diagnosis import Size
 from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 
 CATALOG = (cause("slope"), cause("wind"), cause("wave"), cause("step"))
 SMALL = Campaign(31, rows=20000, hidden={"slope": 0.03}, plain=True)  # t = 12, 3 % of the noise
@@ -61,6 +63,25 @@ def test_an_effect_on_another_channel_stays_if_the_others_leave_much(
     limits = Limits(output=0.1, noise=1.0)
     (answer,) = candidate_judgment._without_idle_effects(strategy, strategy, (both,), limits)
     assert answer.effects == kept
+
+
+@pytest.mark.parametrize(("std", "verdict", "extended"), [(0.2, "adequate", ()), (0.05, "named", ("slope",))])
+def test_an_effect_matters_that_changes_the_published_fit_or_is_certain_in_it(
+    std: float, verdict: str, extended: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The step's baseline already contains what explains the residual, as a road that all runs share."""
+
+    def published(data: Campaign, added: AddedEffects = NO_EFFECTS) -> Result:
+        shown: dict[str, Any] = {"std": std, "interval95": (0.6 - 2 * std, 0.6 + 2 * std)}
+        amplitudes = {n: replace(e, **shown) for n, e in estimate(data, added).amplitudes.items()}
+        base = estimate(data)
+        return replace(base, amplitudes=amplitudes, fit=replace(base.fit, noise_floor=1.0))
+
+    offer(monkeypatch, SLOPE, WIND)
+    _, result = diagnosed(HIDDEN_SLOPE, publishing(published))
+    assert result.diagnosis is not None
+    assert (result.diagnosis.verdict, result.diagnosis.extended) == (verdict, extended)
+    assert (result.diagnosis.material is False) == (not extended)
 
 
 @pytest.mark.parametrize(("std", "matters"), [(0.01, True), (10.0, False)])

@@ -11,7 +11,7 @@ from vdyn_cli.diagnosis.detect.detectability import detectable, lacking_channels
 from vdyn_cli.diagnosis.detect.worst_segments import worst_segments
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup, PreparedStep, already_included, setup_of
 from vdyn_cli.diagnosis.extend.amplitudes import fitted_amplitudes, open_amplitudes
-from vdyn_cli.diagnosis.extend.extension import Extension, extended, names_formula
+from vdyn_cli.diagnosis.extend.extension import Extension, extended, names_formula, without_idle_answer
 from vdyn_cli.diagnosis.extend.open_answers import holding_free_curve, with_open_answers
 from vdyn_cli.diagnosis.extend.other_laws import holding_other_laws
 from vdyn_cli.diagnosis.extend.published_answers import published_answer, without_zero_answers
@@ -92,6 +92,8 @@ def _diagnosed(
     strategy = by_part.strategy
     judgment = _with_misfit(with_nuisance_effects(strategy, by_part.judgment, limits), base)
     judgment, extension, result = _extended(prepared, strategy, judgment, requested.extend, base)
+    if requested.extend == "named" and (idle := without_idle_answer(judgment, extension, base, limits)):
+        judgment, extension, result = idle, Extension(), base
     diagnosis = with_published_part(_described(prepared, strategy, judgment, extension, base), by_part)
     law = strategy.model.setup.candidates[by_part.law.effect] if by_part.law is not None else None
     result = holding_other_laws(strategy, judgment, result, problem)

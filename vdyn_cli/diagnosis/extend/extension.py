@@ -21,6 +21,8 @@ from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name.candidate_judgment import with_fewer_effects, without_answer
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.size.finding_size import Limits
+from vdyn_cli.diagnosis.size.published_size import size_by_results
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate
@@ -206,8 +208,27 @@ def _without_baseline(strategy: Strategy, judgment: Judgment, base: Result) -> b
 
 def _far_from_zero(strategy: Strategy, answer: CandidateModel) -> bool:
     near = replace(answer, fitted=strategy.relinearized(answer.fitted))
-    found = fitted_amplitudes(near, strategy.model.setup).values()
-    return any(abs(e.value) > POLICY.excluding_amplitude * e.std > 0 for e in found)
+    return _excludes(fitted_amplitudes(near, strategy.model.setup))
+
+
+def _excludes(amplitudes: Mapping[str, Estimate]) -> bool:
+    """Whether one of the amplitudes is so far from zero that the data exclude the baseline."""
+    return any(abs(e.value) > POLICY.excluding_amplitude * e.std > 0 for e in amplitudes.values())
+
+
+def without_idle_answer(judgment: Judgment, extension: Extension, base: Result, limits: Limits) -> Judgment | None:
+    """The judgment whose finding does not matter by the exact model; None where it does, or may.
+
+    The diagnosis's fits lack what the step adds to its noise model, such as a road that all runs share: that may
+    already hold what a weak effect explains. An amplitude that excludes the baseline is certain beside it, too.
+    """
+    answer, last = judgment.answer, extension.result
+    if answer is None or last is None or judgment.size is None or set(answer.effects) != set(extension.effects):
+        return None
+    size = size_by_results(judgment.size, base, last)
+    if size is None or limits.exceeded(size) or _excludes(extension.amplitudes):
+        return None
+    return replace(judgment, size=size, material=False, gain=None)
 
 
 def _wanted(extend: str | list[str], setup: DiagnosisSetup, judgment: Judgment, base: Result) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from vdyn_cli.diagnosis.name.candidate_models import best_fit
 from vdyn_cli.diagnosis.size.finding_size import FindingSize, explained_share, finding_size, places_of
 from vdyn_cli.diagnosis.size.materiality import main_output
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
-from vdyn_cli.quantities.arrays import rms
+from vdyn_cli.quantities.arrays import Array, rms
 from vdyn_cli.quantities.diagnosis import PointChange, Remainder, Size
 from vdyn_cli.quantities.result import Comparison, Result
 
@@ -29,8 +29,9 @@ def published_size(found: FindingSize | None, base: Result, last: Result | None,
     """
     if found is None:
         return None
-    if last is not None and (size := _by_results(found, base, last)) is not None:
-        return size
+    if last is not None and (exact := size_by_results(found, base, last)) is not None:
+        output, points = (main_output(base), base.fit.unit), _points(*_largest(_changes(base, last)))
+        return _size(output, exact, last.fit.noise_floor, points, base)
     in_unit = found.plain and base.fit.unit == unit
     floor = base.fit.noise_floor if in_unit else 1.0 if not found.plain else float("nan")
     runs = base.fit.runs
@@ -76,25 +77,42 @@ def remainder(judgment: Judgment) -> Remainder | None:
     return Remainder(share_of_rms=one.residual_share, p_value=one.residual_p, mostly=one.residual_like)
 
 
-def _by_results(found: FindingSize, base: Result, last: Result) -> Size | None:
+def size_by_results(found: FindingSize, base: Result, last: Result) -> FindingSize | None:
     """The size by the step's results, in the unit of the fit; None where no channel is compared in that unit."""
-    channel = main_output(base)
-    after = {(c.run, c.channel): c for c in last.comparisons}
-    changes = []
+    changes = _changes(base, last)
+    if not changes:
+        return None
+    every = np.concatenate([c[np.isfinite(c)] for _, c in changes])
+    moved = {n: e.value - base.parameters[n].value for n, e in last.parameters.items() if n in base.parameters}
+    alone = len({c.channel for c in base.comparisons}) == 1
+    run, most = _largest(changes)
+    return replace(
+        found,
+        change=rms(every),
+        points=tuple((base.fit.runs.index(run.run), float(most[i])) for i in places_of(most)),
+        every=0.0 if alone else found.every,  # of one channel, ``change`` is all
+        before=base.fit.rms,
+        after=last.fit.rms,
+        shifts=moved or found.shifts,
+    )
+
+
+def _largest(changes: list[tuple[Comparison, Array]]) -> tuple[Comparison, Array]:
+    return max(changes, key=lambda pair: float(np.nanmax(np.abs(pair[1]))))
+
+
+def _changes(base: Result, last: Result) -> list[tuple[Comparison, Array]]:
+    """The runs with the main output, each with its change, (n,), between the results."""
+    channel, after = main_output(base), {(c.run, c.channel): c for c in last.comparisons}
+    found = []
     for one in base.comparisons:
         other = after.get((one.run, one.channel))
         if one.channel.replace(" ", "_") != channel or other is None or other.simulated.shape != one.simulated.shape:
             continue
         change = other.simulated - one.simulated
         if np.isfinite(change).any():
-            changes.append((one, change))
-    if not changes:
-        return None
-    every = np.concatenate([c[np.isfinite(c)] for _, c in changes])
-    largest, change = max(changes, key=lambda pair: float(np.nanmax(np.abs(pair[1]))))
-    moved = {n: e.value - base.parameters[n].value for n, e in last.parameters.items() if n in base.parameters}
-    shown = replace(found, change=rms(every), before=base.fit.rms, after=last.fit.rms, shifts=moved or found.shifts)
-    return _size((channel, base.fit.unit), shown, last.fit.noise_floor, _points(largest, change), base)
+            found.append((one, change))
+    return found
 
 
 def _size(
@@ -113,6 +131,6 @@ def _size(
     )
 
 
-def _points(run: Comparison, change: np.ndarray) -> tuple[PointChange, ...]:
+def _points(run: Comparison, change: Array) -> tuple[PointChange, ...]:
     places = places_of(change)
     return tuple(PointChange(run=run.run, at=f"{run.x_label} {run.x[i]:.3g}", change=float(change[i])) for i in places)
