@@ -25,6 +25,7 @@ EFFECTS = {
     "damping": "N m s/rad beyond the vehicle's",
     "backlash": "rad of free play to either side",
     "inertia_before_shaft": "kg m^2 between the torque's measurement and the shaft, by the motor's current",
+    "shaft_friction": "N m of dry friction, which turns over 1 mrad of twist",
     "torque_zero_drift": "N m/s by which the torque's zero drifts from the start",
     "stiffening": "1/rad^2: torque k phi (1 + q phi^2); in no catalog, for controls",
 }
@@ -35,6 +36,7 @@ SMALL = {
     "backlash": 1e-3,
     "stiffening": 1.0,
     "inertia_before_shaft": 0.01,
+    "shaft_friction": 0.1,
     "torque_zero_drift": 0.1,
 }
 ONE_SIDED = ("backlash",)
@@ -198,7 +200,7 @@ def _drive(vehicle: Vehicle, effects: Mapping[str, float], points: int) -> Array
     v, r = vehicle, vehicle.wheel_radius
     spring = 1.0 / (1.0 / truth(v)["shaft_stiffness_left"] + effects.get("series_compliance", 0.0))
     damper, gap = v.shaft_damping_left + effects.get("damping", 0.0), effects.get("backlash", 0.0)
-    stiffening = effects.get("stiffening", 0.0)
+    stiffening, dry = effects.get("stiffening", 0.0), effects.get("shaft_friction", 0.0)
     load = v.front_load / 2
     resistance = v.rolling_resistance * v.rear_load / 2  # of the rear wheel; the front one is in the wheel's balance
     motor = v.driveline_inertia / 2
@@ -212,8 +214,8 @@ def _drive(vehicle: Vehicle, effects: Mapping[str, float], points: int) -> Array
         return torque if not gap or torque * twist > 0.0 else 0.0  # flanks push, they never pull
 
     def rates(t: float, y: tuple[float, ...]) -> tuple[float, ...]:
-        twist, fast, slow, slip, speed = y
-        torque = shaft(twist, fast - slow)
+        twist, fast, slow, slip, speed, rubbing = y
+        torque = shaft(twist, fast - slow) + dry * rubbing
         x = v.tire_B * slip
         force = load * v.tire_D * sin(v.tire_C * atan(x - v.tire_E * (x - atan(x))))
         return (
@@ -222,16 +224,17 @@ def _drive(vehicle: Vehicle, effects: Mapping[str, float], points: int) -> Array
             (torque - force * r - v.rolling_resistance * load * r) / v.wheel_inertia,
             (r * slow - speed - speed * slip) / v.tire_relaxation_length,
             (force - AIR_DENSITY / 4 * v.drag_area * speed**2 - resistance) / half_car,
+            (fast - slow - abs(fast - slow) * rubbing) / 1e-3,
         )
 
     start = _pedal(0.0)
     speed = 8.0
     slip = (start / r - v.rolling_resistance * load) / (load * v.tire_longitudinal_stiffness)
     turning = speed * (1.0 + slip) / r
-    y: tuple[float, ...] = (start / spring + copysign(gap, start), turning, turning, slip, speed)
+    y: tuple[float, ...] = (start / spring + copysign(gap, start), turning, turning, slip, speed, 0.0)
     history = np.empty((points, 4))
     for k in range(points):
-        history[k] = shaft(y[0], y[1] - y[2]), y[1], y[2], y[0]
+        history[k] = shaft(y[0], y[1] - y[2]) + dry * y[5], y[1], y[2], y[0]
         d = rates(k * STEP, y)
         middle = tuple(a + STEP / 2 * b for a, b in zip(y, d, strict=True))
         d = rates((k + 0.5) * STEP, middle)

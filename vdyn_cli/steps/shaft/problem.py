@@ -12,7 +12,8 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression
 from vdyn_cli.inference.uncertainty_budget import propagate
-from vdyn_cli.physics.models.half_shaft import HALF_SHAFT
+from vdyn_cli.physics.laws.twist_friction import shows_reversals
+from vdyn_cli.physics.models.half_shaft import HALF_SHAFT, NOISY_HALF_SHAFT
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
@@ -63,8 +64,9 @@ class ShaftProblem(SimulatedProblem):
 
     @property
     def model(self) -> Model:
-        """The half-shaft as a torsional spring and damper."""
-        return HALF_SHAFT
+        """The half-shaft as a torsional spring and damper; with friction where every twist shows its reversals."""
+        noises = [run.noise[1] for side in self.sides for run in side.runs]
+        return HALF_SHAFT if all(map(shows_reversals, noises)) else NOISY_HALF_SHAFT
 
     @property
     def profiles(self) -> tuple[Effect, ...]:

@@ -245,8 +245,7 @@ def _inertia(fit: ShaftFit, run: ShaftReadings, theta: Array) -> float:
     """Derivative of the torque by the acceleration of the inner end, kg m^2, at a run's local unknowns."""
     if not (fit.added.effects and run.motor_speed.size):
         return 0.0
-    rest = np.zeros(2)
-    inputs = {"twist": rest, "twist_rate": rest, "run_time": rest, "motor_acceleration": np.array([0.0, 1.0])}
+    inputs = dict.fromkeys(HALF_SHAFT.inputs, np.zeros(2)) | {"motor_acceleration": np.array([0.0, 1.0])}
     torque = fit._simulated(Drive(run.time[:2], inputs), theta).outputs["shaft_torque"]
     return float(torque[1] - torque[0])
 

@@ -11,6 +11,7 @@ import numpy as np
 from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.inference import exceeds_noise, white_level
 from vdyn_cli.io.clocks.block_means import condensed
+from vdyn_cli.physics.laws.twist_friction import shows_reversals, turned_twist
 from vdyn_cli.quantities.arrays import Array, Rows, cumulative_integral
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log
@@ -189,10 +190,16 @@ class ShaftReadings:
         near = [np.where(np.abs(found - x) > MOST_ADJUSTED * std, x, found) for x, found, std in read]
         return near[0], near[1], near[2]
 
+    @cached_property
+    def turned(self) -> Array:
+        """Sense of dry friction (``turned_twist``), (n,); 0 where the noise of the twist hides its reversals."""
+        shown = shows_reversals(self.noise[1])
+        return turned_twist(self.twist, self.noise[1]) if shown else np.zeros(self.twist.size)
+
     def drive(self, twist: Array, rate: Array, motor: Array) -> Drive:
         """The shaft's inputs at the run's times: twist (rad), its rate and the motor's speed (rad/s), (n,) each."""
         accelerated = acceleration(self.time, motor)
-        moved = {"twist": twist, "twist_rate": rate, "motor_acceleration": accelerated}
+        moved = {"twist": twist, "twist_rate": rate, "turned_twist": self.turned, "motor_acceleration": accelerated}
         return Drive(self.time, {**moved, "run_time": self.time - self.time[0]})
 
 
