@@ -179,3 +179,15 @@ def test_a_valley_in_a_short_drive_is_no_change() -> None:
     noise = np.random.default_rng(8).normal(0.0, 0.05, time.size)
     felt = np.gradient(speed, time) + 9.81 * slope + noise
     assert gain_changes(Log("valley.csv", time, {"speed": speed, "acceleration": felt})) == ()
+
+
+def test_the_brake_at_the_end_of_a_coast_at_1_hz_is_no_change_of_a_gain() -> None:
+    """Braked within one window of 4 s, over which an acceleration that is sampled once a second is summed wrongly."""
+    time = np.arange(0.0, 230.0, 0.01)
+    until = [time < 3.0, time < 10.0, time < 153.9, time < 156.2]
+    forward = np.select(until, [1.9, 0.0, -0.08 - 8e-4 * (153.9 - time), -1.4], 0.0)
+    speed = np.cumsum(forward) * 0.01
+    noise = np.random.default_rng(3).standard_normal((2, 230))
+    known = {"speed": np.interp(time[::100] - 0.5, time, speed - speed[-1]) + 0.05 * noise[0]}
+    known["acceleration"] = forward[::100] + 0.03 * noise[1]
+    assert gain_changes(Log("phone.csv", time[::100], known)) == ()

@@ -214,6 +214,8 @@ def changed_gain(tie: Tie) -> GainChange | None:
     k, g, h, t, share = found
     if not g * h > 0.0 or abs(h / g - 1.0) < QUALITY.least_gain_change or t < QUALITY.gain_change_t:
         return None
+    if min(_effective(x[:k]), _effective(x[k:])) < QUALITY.fewest_effective_windows:
+        return None
     against = stepped_share(y, x, k, drift_design(x))
     least = QUALITY.stepped_share if tie.constant else QUALITY.abrupt_explained
     if (
@@ -223,6 +225,11 @@ def changed_gain(tie: Tie) -> GainChange | None:
     ):
         return None
     return GainChange(tie.what, float(tie.time[k - 1]), h / g)
+
+
+def _effective(x: Array) -> float:
+    """Number of windows on which the gain of x (n,) rests: (sum of x^2)^2 / sum of x^4."""
+    return float(np.sum(x**2) ** 2 / np.sum(x**4))
 
 
 def _delayed(tie: Tie, k: int) -> bool:

@@ -212,6 +212,10 @@ class QualityPolicy:
     """[windows] of two related channels, needed to test for a change of the gain between them. Eight seconds: five
     windows on either side determine a gain and its scatter."""
 
+    fewest_effective_windows: float = 3.0
+    """[windows] on which the gain on each side of a change must rest, (sum of x^2)^2 / sum of x^4. At 1 Hz a coast-down
+    that ends with the brake has 1.3: the error of the window of 4 s in which the car stops would be a gain."""
+
     least_tie_share: float = 0.02
     """[share of the sum of squares] of the channel x in y = g x that must lie on each side of the change. A coast-down
     ends at a quarter of its first speed: the last third of its time has 5 %. A third of fewest_tie_windows on each side
