@@ -79,6 +79,15 @@ def test_the_noise_and_drift_of_a_brake_that_is_never_applied_show_no_drive(drif
     assert len(draft("coastdown", log)[1]["runs"]) == 4
 
 
+@pytest.mark.parametrize(("signal", "runs"), [("Gear_", 2), ("Brake_Disc_FL_degC", 4), ("Brake Pad Wear_", 4)])
+def test_a_number_for_no_gear_and_a_brake_s_temperature_show_no_drive(signal: str, runs: int, tmp_path: Path) -> None:
+    """15 while no gear is engaged, as of a bus signal of four bits."""
+    speed, driven = stop_and_go()
+    values = np.where(driven, 4.0, 15.0) if "Gear" in signal else np.where(driven, 300.0, 80.0)
+    log = table(tmp_path / "all.csv", time_s=np.arange(speed.size) / 4.0, speed_mpers=speed, **{signal: values})
+    assert len(draft("coastdown", log)[1]["runs"]) == runs
+
+
 def test_a_log_with_driven_parts_only_is_said_to_be_no_coast_down(tmp_path: Path) -> None:
     speed, driven = stop_and_go()
     pedal = 20.0 * (driven | (speed > 1.0))

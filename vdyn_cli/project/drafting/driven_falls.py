@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from vdyn_cli.io.channel_survey import ChannelFacts, recorded_channels
+from vdyn_cli.io.file_units import is_unit_of
 from vdyn_cli.io.one_recording import one_recording
 from vdyn_cli.project.drafting.channel_guess import Words, without_unit
 from vdyn_cli.quantities.arrays import Array, Mask, median_deviation
@@ -25,7 +26,11 @@ _ACTION = 2.0  # s, in which a driver changes a pedal or a brake by half of its 
 _NEUTRAL = 0.05  # share of the moving samples without a gear, above which these are not only gear changes
 _TURNS = 300.0  # rpm at rest, above which a rotational speed is that of an engine, not of an electric motor
 _ABOVE_IDLE = 1.3  # of the idle speed: an engine that drags the car; idling while the car rolls is 10 to 20 % faster
-_NOT_A_STATE = frozenset(("target", "max", "error", "status", "temp", "temperature", "mean"))
+_NOT_A_STATE = frozenset(("target", "max", "error", "status", "temp", "temperature", "mean")) | frozenset(
+    ("disc", "disk", "rotor", "pad", "lining", "wear")  # of a brake whose temperature or wear is logged
+)
+_NO_GEAR = frozenset((7.0, 15.0, 31.0, 63.0, 127.0, 255.0))  # all bits of a bus signal: no gear, or an unknown one
+_ABOVE_GEARS = 3.0  # gears, least distance of such a number from the highest gear
 
 
 @dataclass(frozen=True)
@@ -62,7 +67,7 @@ def speed_falls(
     samples = [
         (r.info, r.time, r.values)
         for r in one_recording(recorded_channels(path), recording)
-        if r.time is not None and r.values is not None
+        if r.time is not None and r.values is not None and not is_unit_of(r.info.unit, "K")
     ]
     here = facts.info.name, facts.info.group
     time, values = next((t, v) for info, t, v in samples if (info.name, info.group) == here)
@@ -136,9 +141,13 @@ def _driving(name: str, time: Array, values: Array, speed: Array) -> tuple[str, 
         on = _above(time, values, released)
         return "the pedal is pressed" if _is_pedal(words) else "the brake is applied", time, on.astype(float)
     if _is_gear(words):
-        moving = values[speed > _AT_REST]  # a gear that is 0 only at rest may be reverse or unknown
-        neutral = moving.size > 0 and float(np.mean(moving == 0.0)) > _NEUTRAL
-        return "a gear is engaged", time, (values != 0.0).astype(float) if neutral else off
+        moving = speed > _AT_REST  # a gear that is 0 only at rest may be reverse or unknown
+        engaged = values != 0.0
+        others = values[values < values.max()]
+        if values.max() in _NO_GEAR and values.max() >= others.max() + _ABOVE_GEARS:
+            engaged &= values < values.max()
+        neutral = bool(moving.any()) and float(np.mean(~engaged[moving])) > _NEUTRAL
+        return "a gear is engaged", time, engaged.astype(float) if neutral else off
     rest = values[speed < _AT_REST]
     idle = float(np.median(rest)) if rest.size else math.nan
     on = (values > _ABOVE_IDLE * idle) & (idle > _TURNS)
