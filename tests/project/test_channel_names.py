@@ -70,3 +70,8 @@ def test_names_of_other_quantities_are_not_mapped(unit: str) -> None:
 def test_names_of_the_car_s_motion_are_mapped(step: str, channel: str, unit: str) -> None:
     found = {name: mapped(step, name, unit) for name in OF_THE_CAR[step, channel, unit].split("|")}
     assert found == {name: [channel] for name in found}
+
+
+def test_a_lone_n_without_a_unit_is_not_mapped() -> None:
+    assert mapped("validate", "N", "") == []
+    assert mapped("validate", "n", "1/min") == ["motor_speed"]

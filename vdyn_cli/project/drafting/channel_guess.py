@@ -251,6 +251,9 @@ def _ranked(
             others.append(f"'{one.column}' may be of another source, as the log has columns with '{of[0]}'")
             continue
         unit, how = _unit(one, quantity, suffix, file_name if of_file else "")
+        if words == {"n"} and unit == "?":
+            others.append(f"'{one.column}' may be a rotational speed, a number or a force: map it if it is the motor's")
+            continue
         if why_not := _unfit(one, quantity, unit) if unit else how:
             others.append(f"'{one.column}' {why_not}")
         else:

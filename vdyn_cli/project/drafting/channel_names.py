@@ -91,6 +91,7 @@ _JOINED = {
     "position": "里程 距离 距離 거리",
     "elevation": "海拔 高度 標高",
     "grade": "坡度 勾配",
+    "body elevation": "aufbauhöhe aufbauhoehe karosseriehöhe",
     "target": "目标 目標 指令 请求 要求",
     "max": "最高 最大 最小",
     "mean": "平均",
