@@ -23,6 +23,10 @@ CACHE = 2**15  # numbers that a call may write so that they are still in the cac
 WIDTHS = (0, 1, 2, 4, GROUP)  # directions of a group: full vectors; the processor would pad other numbers to these
 
 
+# Passes a writable array in 0.6 us instead of 3 us for ``array.ctypes.data``; calls for short drives take 10 us.
+_POINTER = (ctypes.c_char * 0).from_buffer
+
+
 class MachineCode:
     """A kernel in machine code; any number of steps up to ``rows`` with readings."""
 
@@ -43,7 +47,7 @@ class MachineCode:
     # Seven parameters: as Kernel.__call__
     def __call__(self, every: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trajectory: Array) -> None:
         arrays = z, u, dt, p, self._p_tangents, w, trajectory
-        self._run(dt.size, every, self._p_tangents.shape[0], *(array.ctypes.data for array in arrays))
+        self._run(dt.size, every, self._p_tangents.shape[0], *map(_POINTER, arrays))
 
 
 @cache
