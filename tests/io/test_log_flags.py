@@ -287,3 +287,17 @@ def test_a_coarse_speed_rests_at_a_constant_true_speed_and_jumps_after_it_was_fr
     assert found({"speed": speed}) == []
     speed[2500:2600] = speed[2500]
     assert [(c, t) for c, t, *_ in found({"speed": speed})] == [("speed", "frozen")]
+
+
+def test_a_brake_of_50_hz_held_in_a_log_of_100_hz_is_no_gap() -> None:
+    """Without noise, in steps of 4 N m; a long application rises nearly linearly. Held ramps are no noise."""
+    time = np.arange(5000) * 0.02
+    brake = np.zeros(time.size)
+    for begin, length in ((8.0, 1.0), (20.0, 1.0), (40.0, 6.0), (60.0, 1.0), (70.0, 1.1), (80.0, 1.0), (90.0, 1.0)):
+        since = np.clip(time - begin, 0.0, None)
+        rise = np.where(since < length, (1.0 - np.exp(-since / 0.2)) * (300.0 + 6.0 * since), 0.0)
+        brake += rise * np.clip((length - since) / 0.3, 0.0, 1.0)
+    held = np.repeat(np.round(brake / 4.0) * 4.0, 2)
+    fast = np.arange(held.size) * 0.01
+    channels = {"speed": 15.0 + 5.0 * np.sin(fast / 9.0), "brake_torque": held}
+    assert flags(Log("run.csv", fast, channels)).faults == ()

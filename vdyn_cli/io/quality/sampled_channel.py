@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from vdyn_cli.io.clocks.held_values import held_rows
 from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.io.quality.regular_segments import (
     Continuation,
@@ -88,9 +89,13 @@ class SampledChannel:
 
     @cached_property
     def _flickers(self) -> Rows:
-        """Number (m + 1,) of samples before each whose bend changes sign."""
-        tolerance = QUALITY.flat_step * self.resolution / 2.0
-        return np.concatenate([[0], np.cumsum(alternating(self.values, tolerance))])
+        """Number (m + 1,) of samples before each whose bend changes sign; of held values, of the readings alone, since
+        a held ramp 0, 0, 8, 8, 16, 16 bends up and down without noise."""
+        own = held_rows(self.values)
+        own = np.arange(self.values.size) if own is None else own
+        flickers = np.zeros(self.values.size, dtype=bool)
+        flickers[own] = alternating(self.values[own], QUALITY.flat_step * self.resolution / 2.0)
+        return np.concatenate([[0], np.cumsum(flickers)])
 
     @cached_property
     def usual_step(self) -> float:
