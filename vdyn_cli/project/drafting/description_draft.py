@@ -199,7 +199,7 @@ def _drives(
     undecided = list(made.undecided)
     if key and not key.startswith("side") and not decided:
         body.append(f"  # not decided by the logs, for each run: {key}")
-        undecided.append(f"{key.split(':')[0]} of each run")
+        undecided += [f"{key.split(':')[0]} of each run"] if parts.get("RUN_NEEDED", True) else []
     choices = parts.get("ONE_OF", ())
     if choices and not any(set(way) <= set(made.mapped) for way in choices):
         undecided.append(" or ".join(" with ".join(way) for way in choices))

@@ -16,4 +16,5 @@ settings:
   model: road_load          # a mass on a road; 'vehicle' needs the parameters of all steps
   driven: "?"               # driven axle, front, rear or both, such as front
 """
-RUN = "direction: out or back"
+RUN = "direction: out or back, if all drives are along one road; else none"
+RUN_NEEDED = False

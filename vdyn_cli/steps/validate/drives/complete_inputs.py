@@ -115,7 +115,6 @@ def _split(before: float, after: float) -> str:
 def _gaps(log: Log, name: str) -> list[Finding]:
     """A finding on the gaps of an input, which must be complete from its first value to its last."""
     there = np.isfinite(log[name])
-    where = f"{log.name}, channel '{name}'"
     at = log.time[there]
     usual = float(np.median(np.diff(at)))
     inside = slice(int(np.argmax(there)), there.size - int(np.argmax(there[::-1])))
@@ -126,7 +125,7 @@ def _gaps(log: Log, name: str) -> list[Finding]:
         if missing.size:
             what += f"; {missing.size} value{'s are' if missing.size != 1 else ' is'} missing in all"
         remedy = f"fill the gaps in the log, or {_split(at[gap], at[gap + 1])}"
-        return [Finding(where, f"{what}: the simulation needs this channel without gaps", "", remedy)]
+        return [Finding(f"{log.name}, channel '{name}'", f"{what}: a simulation needs it without gaps", "", remedy)]
     return []
 
 
@@ -135,8 +134,8 @@ def _uncovered(log: Log, needed: Sequence[str]) -> list[Finding]:
     found, speed = [], log.time[np.isfinite(log["speed"])]
     for name in needed:
         at = log.time[np.isfinite(log[name])]
-        own = log.samples[name][0] if name in log.samples else at  # a slower sensor may end a step of its own before
-        slack = max(3 * float(np.median(np.diff(own))), 0.05)
+        # A slower sensor may end a step of its own before the speed.
+        slack = max(3 * float(np.median(np.diff(log.samples.get(name, (at,))[0]))), 0.05)
         if at[0] - speed[0] > slack or speed[-1] - at[-1] > slack:
             got = f"{name} {at[0]:.2f} to {at[-1]:.2f} s, speed {speed[0]:.2f} to {speed[-1]:.2f} s"
             what = "does not cover the time of the speed: only the time of both is used"
