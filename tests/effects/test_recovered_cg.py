@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.signal import lsim, lti
 
 from tests.effects.recovered import Hidden, added, compare, given
 from tests.plant import cg as plant
@@ -107,6 +108,25 @@ def test_gravity_in_a_late_reading_is_as_late_as_the_acceleration() -> None:
     assert result.amplitudes["acceleration_delay"].value == pytest.approx(late, abs=5e-4)
     for name, truth in plant.truth(VEHICLE).items():
         assert result.parameters[name].value == pytest.approx(truth, rel=5e-3), name
+
+
+@pytest.mark.parametrize("form", [1 / 2, 1 / 3], ids=["Butterworth", "Bessel"])
+def test_a_filter_of_two_poles_is_found_with_its_form(form: float) -> None:
+    delay, logs = 0.06, []
+    for log in problem(Hidden("acceleration_delay", 0.0), 1.0).logs:
+        filtered = lti((1.0,), (form * delay**2, delay, 1.0))
+        start, even = log["acceleration"][0], np.linspace(0.0, log.duration, log.time.size)
+        read = start + lsim(filtered, log["acceleration"] - start, even)[1]
+        logs.append(log.with_channels(acceleration=read))
+    spec = {"test": "cg", "settings": {"load_zero": "10 N"}}
+    made = prepare(CgSpec.model_validate(spec), logs, KNOWN)
+    axis = 0.0, 1e-4
+    made = replace(made, fit=replace(made.fit, nuisances={**made.fit.nuisances, "pitch_axis": axis}))
+    result = made.publish(added(Hidden("acceleration_lag", delay).effect))
+    assert result.amplitudes["acceleration_lag"].value == pytest.approx(delay, rel=0.02)
+    assert result.amplitudes["acceleration_lag_form"].value == pytest.approx(form, abs=0.05)
+    for name, truth in plant.truth(VEHICLE).items():
+        assert result.parameters[name].value == pytest.approx(truth, rel=0.01), name
 
 
 def test_slip_that_would_imitate_an_error_is_held() -> None:

@@ -22,7 +22,7 @@ GIVEN = (
 )
 ZEROS = (
     *("front_load_zero", "rear_load_zero", "acceleration_zero"),
-    *("front_load_bend_zero", "rear_load_bend_zero", "acceleration_rate_zero"),
+    *("front_load_bend_zero", "rear_load_bend_zero", "acceleration_rate_zero", "acceleration_bend_zero"),
 )
 MOMENTS = ("loads", "motion", "inertial")  # their sum is zero where loads and motion agree
 SPEED_RATE = "speed_rate"  # m/s^2, acceleration corrected for gravity, to compare with the logged speed
@@ -35,7 +35,7 @@ SLIDING = ("push_speed_rate", "push_bend", "swing_speed_rate", "swing_bend", "pu
 SLIP = ("slip_compliance", "tire_relaxation_length")  # -, m
 MOTION = (
     *("acceleration", "acceleration_rate", "pitch", "pitch_rate", "pitch_acceleration"),
-    *("speed", "rolling", "swing", *SLIDING),
+    *("speed", "rolling", "swing", "pitch_bend", *SLIDING),
 )
 
 
@@ -46,12 +46,15 @@ def _lift(e: ModelBuilder, u: Signals, rear: float) -> Number:
 
 def _with_motion(e: ModelBuilder, u: Signals) -> Signals:
     """The signals with the component of gravity along the road, ``weight`` N, the corrected acceleration, ``rate``
-    m/s^2, and the drag, N."""
+    m/s^2, two derivatives of the logged one, ``reading_rate`` and ``reading_bend``, and the drag, N."""
     p = e.p
     weight = e(climb, mass=p.mass, grade=e("grade", value=0.0))
     read = e("acceleration", value=u.acceleration) - p.acceleration_zero
     drag = e(air, speed=u.speed, wind=0.0, drag_area=p.drag_area, air_density=p.air_density)
-    return u.but(weight=weight, rate=read - p.reads_gravity * weight / p.mass, drag=drag)
+    reading_rate = u.acceleration_rate - p.acceleration_rate_zero + GRAVITY * p.reads_gravity * u.pitch_rate
+    reading_bend = u.push_bend - p.acceleration_bend_zero + GRAVITY * p.reads_gravity * u.pitch_bend
+    rate = read - p.reads_gravity * weight / p.mass
+    return u.but(weight=weight, rate=rate, reading_rate=reading_rate, reading_bend=reading_bend, drag=drag)
 
 
 def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_bend: Number, rear_bend: Number) -> None:
@@ -91,8 +94,7 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
     e.sensor(UNIT, e("wheel_force", "_unit", value=1.0, rear=0.0, push=0.0, braking=0.0, brake_share_front=0.0))
     rate = u.rate
     felt = GRAVITY * p.reads_gravity * u.pitch  # logged with the acceleration, so as late as it is
-    reading_rate = u.acceleration_rate - p.acceleration_rate_zero + GRAVITY * p.reads_gravity * u.pitch_rate
-    e.sensor(SPEED_RATE, rate, rate_of_change=reading_rate)
+    e.sensor(SPEED_RATE, rate, rate_of_change=u.reading_rate, second_derivative=u.reading_bend)
     pushed, swung, pushed_rate = (
         p.slip_compliance / GRAVITY * (with_speed + p.tire_relaxation_length * bend)
         for with_speed, bend in (
@@ -122,7 +124,8 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
         pitch_axis=p.pitch_axis,
     )
     e.sensor(MOMENTS[1], motion - inertial)
-    e.sensor(MOMENTS[2], inertial, rate_of_change=lever * reading_rate + p.spin * pushed_rate)
+    inertial_rate = lever * u.reading_rate + p.spin * pushed_rate
+    e.sensor(MOMENTS[2], inertial, rate_of_change=inertial_rate, second_derivative=lever * u.reading_bend)
 
 
 def _both(e: ModelBuilder, u: Signals) -> None:

@@ -329,7 +329,7 @@ def _partials(fit: LoadFit, slopes: Array, windows: LoadWindows) -> dict[str, Ar
 
 def _entering(loads: Sequence[str]) -> tuple[str, ...]:
     """The inputs of the balance that contain the noise of the loads and of the acceleration."""
-    return (*loads, "acceleration", *(f"{n}_bend" for n in loads), "acceleration_rate")
+    return (*loads, "acceleration", *(f"{n}_bend" for n in loads), "acceleration_rate", "acceleration_bend")
 
 
 def _plausible(prior: tuple[float, float]) -> tuple[float, float]:
@@ -384,8 +384,8 @@ def _balance_inputs(windows: LoadWindows, values: Mapping[str, Array], span: flo
     inputs |= {n: values[n] for n in HEAVES if n in values}
     inputs |= {f"{n}_bend": local_derivative(values[n], windows.step, span) for n in windows.loads}
     rate = inputs["acceleration_rate"] = local_derivative(values["acceleration"], windows.step, span, 1)
-    swing = lever * local_derivative(values["pitch_rate"], windows.step, span, 1)
-    inputs["swing"] = swing
+    inputs["pitch_bend"] = local_derivative(values["pitch_rate"], windows.step, span, 1)
+    swing = inputs["swing"] = lever * inputs["pitch_bend"]
     for name, push in (("push", values["acceleration"]), ("swing", swing), ("push_rate", rate)):
         inputs[f"{name}_speed_rate"] = local_derivative(push * values["speed"], windows.step, span, 1)
         inputs[f"{name}_bend"] = local_derivative(push, windows.step, span)

@@ -65,13 +65,13 @@ def noise_slopes(windows: LoadWindows, partial: Mapping[str, Array]) -> dict[str
 
     Parameters
     ----------
-    partial : derivatives (k,) of each window's mean balance by each channel, by the second derivatives of the loads and
-        the first of the acceleration; the pitch acceleration as ``pitch_rate``.
+    partial : derivatives (k,) of each window's mean balance by each channel, by the second derivatives of loads and
+        acceleration, and the first of the acceleration; the pitch acceleration as ``pitch_rate``.
     """
     from scipy.sparse import diags_array
 
     slopes = {n: diags_array(partial[n]) @ windows.integral for n in (*windows.loads, "acceleration")}
-    for name in windows.loads:
+    for name in (n for n in slopes if partial[f"{n}_bend"].any()):
         slopes[name] += diags_array(partial[f"{name}_bend"]) @ windows.integral_bend
     if partial["acceleration_rate"].any():
         slopes["acceleration"] += diags_array(partial["acceleration_rate"]) @ windows.integral_rate

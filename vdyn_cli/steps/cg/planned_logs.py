@@ -66,7 +66,7 @@ def _log(day: DayRequest, k: int) -> Log:
     step = float(np.median(np.diff(time)))
     motion["push_speed_rate"] = local_derivative(speed * rate, step, SPAN, 1)
     motion["push_bend"] = local_derivative(rate, step, SPAN)
-    unused = {n for n in MOTION if n.startswith(("swing", "push_rate", "acceleration_rate"))}
+    unused = {n for n in MOTION if n.startswith(("swing", "push_rate", "acceleration_rate", "pitch_bend"))}
     motion |= dict.fromkeys(unused, np.zeros(time.size))
     true = {**motion, "acceleration": rate - lever * bend}
     front, rear = _loads(day, known, time, {**true, "pitch_acceleration": bend})
