@@ -11,7 +11,7 @@ from vdyn_cli.diagnosis.detect.detectability import detectable, lacking_channels
 from vdyn_cli.diagnosis.detect.worst_segments import worst_segments
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup, PreparedStep, already_included, setup_of
 from vdyn_cli.diagnosis.extend.amplitudes import fitted_amplitudes, open_amplitudes
-from vdyn_cli.diagnosis.extend.extension import Extension, extended, names_formula, without_idle_answer
+from vdyn_cli.diagnosis.extend.extension import Extension, extended, without_idle_answer
 from vdyn_cli.diagnosis.extend.open_answers import holding_free_curve, with_open_answers
 from vdyn_cli.diagnosis.extend.other_laws import holding_other_laws
 from vdyn_cli.diagnosis.extend.published_answers import published_answer, without_zero_answers
@@ -91,7 +91,9 @@ def _diagnosed(
     problem = prepared.simulated_problem
     strategy = by_part.strategy
     judgment = _with_misfit(with_nuisance_effects(strategy, by_part.judgment, limits), base)
-    judgment, extension, result = _extended(prepared, strategy, judgment, requested.extend, base)
+    judgment, extension = extended(strategy, judgment, requested.extend, prepared.problem, base)
+    extension = replace(extension, amplitudes=open_amplitudes(strategy, judgment, extension.amplitudes))
+    result = with_open_answers(strategy, judgment, extension, problem, base)
     if requested.extend == "named" and (idle := without_idle_answer(judgment, extension, base, limits)):
         judgment, extension, result = idle, Extension(), base
     diagnosis = with_published_part(_described(prepared, strategy, judgment, extension, base), by_part)
@@ -107,25 +109,6 @@ def _diagnosed(
         figures=(*result.figures, *((part_figure(diagnosis.part),) if diagnosis.part else ())),
     )
     return result if extension.result is None else _beside_baseline(base, result, extension, by_part)
-
-
-def _extended(
-    prepared: PreparedStep, strategy: Strategy, judgment: Judgment, extend: str | list[str], base: Result
-) -> tuple[Judgment, Extension, Result]:
-    """The judgment with what the extended model shows, the extension, and the result with intervals by the verdict.
-
-    A learned formula that is not in the model by default is used where the intervals that include both the formula
-    and the baseline determine no parameter, and those with the formula do.
-    """
-    found, extension = extended(strategy, judgment, extend, prepared.problem, base)
-    extension = replace(extension, amplitudes=open_amplitudes(strategy, found, extension.amplitudes))
-    result = with_open_answers(strategy, found, extension, prepared.simulated_problem, base)
-    left_out = extend == "named" and not extension.effects and names_formula(found, strategy.model.setup)
-    if left_out and result.parameters and not result.determines:
-        other = _extended(prepared, strategy, judgment, "learned", base)
-        if other[2].determines:
-            return other
-    return found, extension, result
 
 
 def _with_free_form(

@@ -23,6 +23,7 @@ from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.size.finding_size import Limits
 from vdyn_cli.diagnosis.size.published_size import size_by_results
+from vdyn_cli.diagnosis.strategies.effect_unknowns import amplitudes_of
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate
@@ -235,23 +236,21 @@ def _wanted(extend: str | list[str], setup: DiagnosisSetup, judgment: Judgment, 
     """The effects by which to extend the model: the requested or the named ones.
 
     A learned law is used without a request if the baseline has no result or a simple evaluation of the logs contradicts
-    it. A formula is used also if the residuals are far above the noise floor: a table, whose course includes that of
-    the part's own law, leaves the parameters of that law undetermined. (``diagnose`` also uses a formula without which
-    no parameter is determined.)
+    it. A formula is used also if it is sufficient and its amplitude excludes the baseline, or if the residuals are far
+    above the noise floor: a table, whose course includes that of the part's own law, leaves the parameters of that law
+    undetermined.
     """
     if isinstance(extend, list):
         return tuple(n for n in setup.candidates if n in extend)
-    if judgment.answer is None or extend not in ("named", "learned"):
+    answer = judgment.answer
+    if answer is None or extend not in ("named", "learned"):
         return ()
-    formula = bool(base.fit.misfit) and names_formula(judgment, setup)
-    needed = extend == "learned" or base.refused or base.contradicted or formula
-    return judgment.answer.effects if needed or not set(judgment.answer.effects) & setup.learned else ()
-
-
-def names_formula(judgment: Judgment, setup: DiagnosisSetup) -> bool:
-    """Whether the answer is a learned law, and that a formula, not a table."""
-    learned = setup.learned.intersection(judgment.answer.effects if judgment.answer else ())
-    return bool(learned) and all(is_law(setup.candidates[n]) for n in learned)
+    learned = [setup.candidates[n] for n in setup.learned.intersection(answer.effects)]
+    if not learned or extend == "learned" or base.refused or base.contradicted:
+        return answer.effects
+    sizes = {n: e for n, e in fitted_amplitudes(answer, setup).items() if any(n in amplitudes_of(x) for x in learned)}
+    formula = (answer.sufficient and _excludes(sizes)) or base.fit.misfit
+    return answer.effects if formula and all(map(is_law, learned)) else ()
 
 
 def _may_be_zero(judgment: Judgment, setup: DiagnosisSetup, effects: Sequence[str], result: Result | None) -> str:
