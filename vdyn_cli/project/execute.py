@@ -14,7 +14,6 @@ from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.io.file_units import wrong_units
 from vdyn_cli.io.quality.cuts import cut_findings
 from vdyn_cli.project.checks.exact_values import exact_values, implausible_rotating_mass
-from vdyn_cli.project.checks.logged_conditions import contradicted_conditions
 from vdyn_cli.project.checks.missing_starts import missing_starts
 from vdyn_cli.project.checks.redundancy import contradicted_radius
 from vdyn_cli.project.checks.simulated_gains import simulated_gain_findings
@@ -93,7 +92,7 @@ def execute(
 
 def _with_contradictions(inputs: Inputs) -> Inputs:
     """The inputs with a doubt for each stated direction, start or wheel radius that the logs contradict."""
-    conditions = (replace(f, doubt=True) for f in contradicted_conditions(inputs.spec, inputs.source))
+    conditions = (replace(f, doubt=True) for f in inputs.contradicted)
     computed = [(one.channel.source, one.channel.target) for one in inputs.scalings]
     radius = contradicted_radius([one.log for one in inputs.unsplit], inputs.known, computed, inputs.clocks)
     return replace(inputs, findings=(*radius, *inputs.findings, *conditions))

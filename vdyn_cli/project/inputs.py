@@ -25,6 +25,7 @@ from vdyn_cli.project.checks.description_checks import (
     wrong_effects,
     wrong_segments,
 )
+from vdyn_cli.project.checks.logged_conditions import contradicted_conditions
 from vdyn_cli.project.checks.run_comparison import compare_runs
 from vdyn_cli.project.checks.run_unit_checks import with_run_signs
 from vdyn_cli.project.checks.unread_keys import contradictory_keys, unread_keys
@@ -63,7 +64,7 @@ class Inputs:
     known : stated parameters and those of earlier steps. files : sha256 of each file that was read.
     findings : about the description and the relations of runs. scalings : the channels computed from others.
     clocks : differences of the loggers' clocks. road : survey that gives the grade.
-    left_out : the runs of the description that are not among the others.
+    left_out : the runs of the description that are not among the others. contradicted : as of ``LoggedTest``.
     """
 
     step: Step
@@ -81,6 +82,7 @@ class Inputs:
     clocks: tuple[ClockDifference, ...] = ()
     road: RoadSurvey | None = None
     left_out: tuple[LeftOutRun, ...] = ()
+    contradicted: tuple[Finding, ...] = ()
 
     def data_with(self, logs: tuple[Log, ...]) -> Any:
         """The data for ``step.prepare``, from other logs."""
@@ -105,6 +107,7 @@ class LoggedTest:
     ----------
     step : that of the description's manoeuvre. described : the description. kept : indices of the runs to read.
     problems : in both, and the files. read : log and clocks of the runs that can be read, by index among those kept.
+    contradicted : stated directions and starts that the logs contradict, if all can be read.
     """
 
     step: Step
@@ -112,6 +115,7 @@ class LoggedTest:
     kept: Sequence[int]
     problems: InputProblems
     read: Mapping[int, tuple[CutLog, tuple[ClockDifference, ...]]]
+    contradicted: tuple[Finding, ...]
 
 
 def gather_usable(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
@@ -175,7 +179,9 @@ def logged_test(step: Step, path: Path, left_out: frozenset[int] = frozenset[int
     step = step.of(spec)
     problems = InputProblems(dict(source.digests), list(described.problems))
     _check_description(step, described, problems)
-    return LoggedTest(step, described, kept, problems, read_logs(step, spec, source, problems))
+    read = read_logs(step, spec, source, problems)
+    contradicted = contradicted_conditions(spec, source) if len(read) == len(spec.runs) else ()
+    return LoggedTest(step, described, kept, problems, read, tuple(contradicted))
 
 
 def with_known(test: LoggedTest, known_files: Sequence[Path]) -> Inputs:
@@ -215,6 +221,7 @@ def with_known(test: LoggedTest, known_files: Sequence[Path]) -> Inputs:
         step, spec, source, data, logs, values.known, problems.files,
         findings=(*_notes(step, spec, source, values), *condensing, *(refused_effects() if step.diagnosable else ())),
         scalings=values.scalings, cut=cut, ready=values.ready, unsplit=runs.cut, clocks=runs.clocks, road=values.road,
+        contradicted=test.contradicted,
     )  # fmt: skip
 
 

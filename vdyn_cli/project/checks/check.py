@@ -16,7 +16,6 @@ from vdyn_cli.project.checks.campaign import balance_of_kept, track_check
 from vdyn_cli.project.checks.check_policy import CHECK
 from vdyn_cli.project.checks.description_checks import refuse_pipeline
 from vdyn_cli.project.checks.exact_values import implausible_rotating_mass
-from vdyn_cli.project.checks.logged_conditions import contradicted_conditions
 from vdyn_cli.project.checks.redundancy import compared_over_runs, tied_pairs, untied_channels
 from vdyn_cli.project.inputs import Inputs, errors_of_step, gather_usable
 from vdyn_cli.project.reading.left_out_runs import LeftOutRun
@@ -82,7 +81,7 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
         refused = _refused(inputs, found.rejected)
     except InputError as error:
         raise type(error)(*lacking, *error.findings) from None
-    contradicted = (*found.contradicted, *contradicted_conditions(inputs.spec, inputs.source))
+    contradicted = (*found.contradicted, *inputs.contradicted)
     wrong = _corrections(inputs, refused, contradicted)
     computed = [(one.channel.source, one.channel.target) for one in inputs.scalings]
     tilts = tilts_with_body(inputs.spec)
