@@ -45,12 +45,12 @@ CANDIDATES = {
     """,
     "validate": """
         acceleration_delay accelerometer_offset accelerometer_slope accelerometer_tilt backlash brake_drag
-        brake_drag_fading driveline_drag driveline_dry_loss driveline_loss driveline_viscous driven_wheel_slip
-        engine_inertia extra_drag_area grade_offset grade_profile headwind mass_error motor_inertia overrun_gain payload
-        road_grade rolling_error rotating_mass run_warmup shaft_damping shaft_stiffness shaft_torque_delay
-        slip_stiffness speed_delay speed_dependent_rolling speed_filter speed_scale temperature_rolling
-        tire_relaxation tire_warmup torque_delay torque_drift torque_gain torque_lag torque_offset
-        wheel_inertia wheel_radius wheel_speed_delay
+        brake_drag_fading changed_load driveline_drag driveline_dry_loss driveline_loss driveline_viscous
+        driven_wheel_slip engine_inertia extra_drag_area grade_offset grade_profile headwind mass_error
+        motor_inertia overrun_gain payload road_grade rolling_error rotating_mass run_warmup shaft_damping
+        shaft_stiffness shaft_torque_delay slip_stiffness speed_delay speed_dependent_rolling speed_filter
+        speed_scale temperature_rolling tire_relaxation tire_warmup torque_delay torque_drift torque_gain torque_lag
+        torque_offset wheel_inertia wheel_radius wheel_speed_delay
     """,
 }
 NAMES = {effect.name for effect in catalog()}

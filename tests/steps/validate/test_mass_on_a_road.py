@@ -120,6 +120,20 @@ def test_a_load_beside_a_road_load_in_newtons_is_found(tmp_path: Path) -> None:
     assert "mass_error" not in named
 
 
+@pytest.mark.slow
+def test_a_load_that_some_drives_carry_is_named_with_its_size_and_held_out_gain(tmp_path: Path) -> None:
+    """Left out as odd drives, they would leave a simulation of whichever drives remain."""
+    first, later = drives(CAR, 11), drives(replace(CAR, mass=1.12 * CAR.mass), 11)
+    half = len(first["speed"]) // 2
+    logs = {n: v if v.ndim == 1 else np.concatenate([v[:half], later[n][half:]]) for n, v in first.items()}
+    found = diagnosed(tmp_path, CAR, logs, seed=11)
+    assert found.extended == ("changed_load",)
+    low, high = found.causes[0].unknowns["changed_load"].interval95
+    assert low <= 0.12 <= high
+    assert found.gain is not None
+    assert found.gain.after < 0.6 * found.gain.before
+
+
 @pytest.mark.slow  # a diagnosis of 3 s
 def test_gears_that_take_their_share_under_recuperation_are_no_finding(tmp_path: Path) -> None:
     """The stated efficiency holds in both directions: the wheels then give more force than the torque shows."""

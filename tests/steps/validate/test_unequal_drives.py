@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.plant.sensors import Array
-from vdyn_cli.steps.validate.drives.unequal_drives import unequal_drives
+from vdyn_cli.steps.validate.drives.unequal_drives import load_change, unequal_drives
 
 MASS, RADIUS, STEP = 1700.0, 0.32, 0.1  # kg, m, s
 HILLS = 0.002  # rms grade over 250 m
@@ -62,3 +62,10 @@ def test_two_drives_or_a_coarse_log_are_not_compared() -> None:
     coarse = time[::10], {n: v[::10] for n, v in channels.items()}, torque[::10]
     assert not list(unequal_drives(["a", "b"], [drive(0), drive(1, 1.3 * MASS)]))
     assert not list(unequal_drives(["a", "b", "c"], [coarse, coarse, drive(2, 1.3 * MASS)]))
+
+
+def test_a_load_that_stays_on_board_from_one_drive_on_is_a_change_with_its_share() -> None:
+    change = load_change([drive(k, 1.15 * MASS if k >= 2 else MASS) for k in range(6)])
+    assert change is not None
+    assert change.first == 2
+    assert abs(change.ratio - 1.15) < 0.04

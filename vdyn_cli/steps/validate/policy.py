@@ -135,6 +135,10 @@ class ValidatePolicy:
     """[standard errors] that the difference of a drive's torque per acceleration must also exceed. With twelve blocks a
     correct drive exceeds that once in 2500. Of 52 clean drives the largest was 3.1."""
 
+    load_change_chance: float = 0.02
+    """probability of a change of the torque per acceleration between two drives, below which another load is a
+    candidate. Of 50 campaigns without a change one has it; the diagnosis tests the candidate again."""
+
     road_between: float = 0.001
     """standard deviation between drives on one road: of mean slope, wind force and rolling resistance. Drives turn
     around at other places of a road that undulates by 0.1 % rms; wind that differs by 0.3 m/s changes the drag of a car

@@ -169,6 +169,7 @@ class ValidateProblem(SimulatedProblem):
                     specific_force=compared,
                     resistances=resistances(self.known),
                     rolled=_by_wheel(self.spec),
+                    changed=any(segment.changed is not None for segment in self.segmented[0]),
                     graded=_graded(self),
                     geared=all(ENGINE_TURNS in log for log in self.logs),
                 )

@@ -99,6 +99,7 @@ class DriveInputs:
         inputs = {n: everything[n] for n in self.model.inputs}
         context = {"heading": s.heading, "temperature": s.temperature, RUN_START: s.run_start}
         context |= {"read_radius": self.read_radius} if self.read_radius else {}
+        context |= {} if s.changed is None else {"changed": float(s.changed)}
         return Drive(s.time, inputs, {"run_time": s.since}, self.air(s.temperature), context, torques.corners)
 
 

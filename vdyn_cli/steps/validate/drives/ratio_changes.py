@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.inference.change_points import ratio_pieces
 from vdyn_cli.inference.robust_fits import ordinary_least_squares
 from vdyn_cli.quantities.arrays import Array, Mask, median_deviation
 from vdyn_cli.quantities.constants import GRAVITY
@@ -258,32 +259,12 @@ def _search(rate: Array, torque: Array, rest: Array, law: _Law) -> tuple[list[in
     if not np.isfinite(common).all():
         common = law.fit(rate, torque, rest, starts)[1:]
     for _ in range(PIECE_ROUNDS):
-        found = _partition(rate - rest @ common, torque, penalty)
+        found = ratio_pieces(rate - rest @ common, torque, penalty, SHORTEST_PIECE)
         fitted = law.fit(rate, torque, rest, found)
         if found == starts:
             break
         starts, common = found, fitted[len(found) :]
     return starts, law.fit(rate, torque, rest, starts)
-
-
-def _partition(y: Array, x: Array, penalty: float) -> list[int]:
-    """First samples of the pieces that minimize sum (y - a_j x)^2 + penalty (number of pieces), exactly."""
-    n = y.size
-    xx, xy, yy = (np.r_[0.0, np.cumsum(v)] for v in (x * x, x * y, y * y))
-    cost, came = np.full(n + 1, np.inf), np.zeros(n + 1, dtype=int)
-    cost[0] = 0.0
-    for end in range(SHORTEST_PIECE, n + 1):
-        first = slice(0, end - SHORTEST_PIECE + 1)
-        part = xx[end] - xx[first]
-        squares = yy[end] - yy[first] - (xy[end] - xy[first]) ** 2 / np.maximum(part, 1e-300)
-        total = cost[first] + squares + penalty
-        came[end] = int(np.argmin(total))
-        cost[end] = total[came[end]]
-    starts, end = list[int](), n
-    while end > 0:
-        end = int(came[end])
-        starts.append(end)
-    return starts[::-1]
 
 
 def _follow_torque(rate: Array, torque: Array, rest: Array, starts: list[int]) -> bool:

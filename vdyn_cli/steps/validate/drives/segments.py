@@ -32,9 +32,10 @@ from vdyn_cli.steps.validate.drives.power_limit import power_limits
 from vdyn_cli.steps.validate.drives.ratio_changes import RatioChange, ratio_changes
 from vdyn_cli.steps.validate.drives.regimes import Marks, marked, pressed, smoothed, stops
 from vdyn_cli.steps.validate.drives.stated_motion import StatedMotion
-from vdyn_cli.steps.validate.drives.unequal_drives import unequal_drives
+from vdyn_cli.steps.validate.drives.unequal_drives import load_change, unequal_drives
 from vdyn_cli.steps.validate.drives.unequal_resistance import other_resistance, resistance_finding
 from vdyn_cli.steps.validate.drives.unlogged_braking import UnloggedBraking, unlogged_braking
+from vdyn_cli.steps.validate.policy import VALIDATE_POLICY
 from vdyn_cli.steps.validate.road.road_slope import SENSED_SLOPE
 
 ModelName = Literal["vehicle", "road_load"]
@@ -69,6 +70,7 @@ class DriveSegment:
         drive.
     creeping : m/s, below which rows are not used.
     sampled : times and values of inputs from a slower logger, which ``inputs`` interpolates linearly.
+    changed : whether the car has another load than at first; None: no drive shows one.
     slope_error : (n, r), factor of the covariance of the error of the slope by a logged elevation; None without.
     """
 
@@ -86,6 +88,7 @@ class DriveSegment:
     run_start: float = 0.0
     creeping: float = CREEPING
     sampled: Mapping[str, Samples] = field(default_factory=dict)
+    changed: bool | None = None
     slope_error: Array | None = None
 
     @cached_property
@@ -166,7 +169,7 @@ def drive_segments(
     nowhere = [np.zeros(time.size, dtype=bool) for time, _, _ in driven]
     unlogged = unlogged_braking(driven) if rolls and not cut.powered else [UnloggedBraking(n) for n in nowhere]
     changes = ratio_changes(driven, cut.motion) if rolls else [RatioChange(n) for n in nowhere]
-    odd, said = _odd_drives(logs, [HEADING[n.direction] for n in conditions], driven, changes, cut)
+    odd, loaded, said = _odd_drives(logs, conditions, driven, changes, cut)
     findings += said
     for k, (log, condition, (whole, doubts), braked) in enumerate(zip(logs, conditions, drives, unlogged, strict=True)):
         for found_here in (limits[k], braked, changes[k]):
@@ -182,6 +185,7 @@ def drive_segments(
         made = [_segment(k, whole, condition, a, b, len(parts) > 1 or cut.length is not None) for a, b in parts]
         slow = min(CREEPING, CREEPING_SHARE * top)
         made = [replace(s, creeping=slow, sampled=_sampled(log, s), outputs=_as_sampled(log, s)) for s in made]
+        made = [replace(s, changed=k in loaded if loaded else None) for s in made]
         made = [s for s in made if np.count_nonzero(s.smooth_speed > s.creeping) >= FEWEST_SAMPLES // 2]
         found += made
         if not made:
@@ -192,30 +196,41 @@ def drive_segments(
 
 def _odd_drives(
     logs: Sequence[Log],
-    headings: Sequence[float],
+    conditions: Sequence[RunConditions],
     driven: Sequence[Driven],
     changes: Sequence[RatioChange],
     cut: Segmentation,
-) -> tuple[frozenset[int], list[Finding]]:
-    """Whole drives of a mass on a road that are left out, since they differ from the others; and findings on them.
+) -> tuple[frozenset[int], frozenset[int], list[Finding]]:
+    """Whole drives of a mass on a road that are left out, since they differ from the others; those from one drive on
+    in which the car has another load; and findings on both.
 
-    With them, the fit of all drives would show a slope or a gain that none of them has.
+    With the former, the fit of all drives would show a slope or a gain that none of them has.
     """
-    steady = [k for k, change in enumerate(changes) if not change.spans]
-    motion = cut.motion
-    named = [logs[k].name for k in steady]
-    unequal = unequal_drives(named, [driven[k] for k in steady], motion.ratio if motion else None)
-    if cut.model != "road_load" or cut.length is not None:
-        return frozenset(), list(unequal.values())
-    findings = [replace(f, what=f"{f.what}; this drive is left out") for f in unequal.values()]
+    order = sorted(range(len(logs)), key=lambda k: conditions[k].start)
+    steady = [k for k in order if not changes[k].spans]
+    motion, whole, loaded = cut.motion, cut.model == "road_load" and cut.length is None, frozenset[int]()
+    findings: list[Finding] = []
+    if whole and (change := load_change([driven[k] for k in steady])):
+        first = steady[change.first]
+        loaded = frozenset(order[order.index(first) :])
+        driven = [(t, c, f / change.ratio if k in loaded else f) for k, (t, c, f) in enumerate(driven)]
+        if abs(share := change.ratio - 1.0) > VALIDATE_POLICY.unequal_share:
+            size = f"{100 * abs(share):.0f} % {'larger' if share > 0 else 'smaller'}"
+            what = f"from this drive on the drive torque per acceleration is {size}: another load or torque gain"
+            findings.append(Finding(logs[first].name, what, remedy="weigh the car in both states", doubt=True))
+    compared = [logs[k].name for k in steady], [driven[k] for k in steady]
+    unequal = unequal_drives(*compared, motion.ratio if motion else None)
+    if not whole:
+        return frozenset(), loaded, list(unequal.values())
+    findings += [replace(f, what=f"{f.what}; this drive is left out") for f in unequal.values()]
     odd = {steady[k] for k in unequal}
     rest = [k for k in steady if k not in odd]
     if motion is not None:
-        other = other_resistance([driven[k] for k in rest], [headings[k] for k in rest], motion.constant)
-        if other is not None:
+        headings = [HEADING[conditions[k].direction] for k in rest]
+        if other := other_resistance([driven[k] for k in rest], headings, motion.constant):
             odd.add(rest[other.drive])
             findings.append(resistance_finding(logs[rest[other.drive]].name, other, motion.inertia))
-    return frozenset(odd), findings
+    return frozenset(odd), loaded, findings
 
 
 def _sampled(log: Log, s: DriveSegment) -> dict[str, Samples]:

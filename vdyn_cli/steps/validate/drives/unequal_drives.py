@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from vdyn_cli.inference.change_points import LevelChange, level_change
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.validate.drives.driven_samples import Driven, driven_samples
@@ -19,6 +20,7 @@ from vdyn_cli.steps.validate.policy import VALIDATE_POLICY
 
 BLOCKS = 12  # of a drive, of which each is left out once (jackknife)
 LEAST_DRIVEN = 60  # s of driven samples: five for each block, as many as the regression has unknowns and one more
+LEAST_COMPARED = 20  # s, where the scatter between drives gives the standard error: five for each coefficient
 FEWEST_OTHERS = 2  # fewest drives that show the usual value; one is enough if it agrees with the stated value
 MEDIAN = np.pi / 2.0  # variance of a median over that of a mean, of a normal distribution
 
@@ -48,6 +50,17 @@ def unequal_drives(names: Sequence[str], drives: Sequence[Driven], stated: float
     return found
 
 
+def load_change(drives: Sequence[Driven]) -> LevelChange | None:
+    """The change of the torque per acceleration by another load from one of these drives on, in their order.
+
+    None also where a drift, as of the torque's gain, explains more.
+    """
+    found = [_acceleration_per_torque(*drive, LEAST_COMPARED) for drive in drives]
+    change = level_change([1.0 / one[0] if one else np.nan for one in found], FEWEST_OTHERS)
+    shown = change and change.chance < VALIDATE_POLICY.load_change_chance and change.over_line < 1.0
+    return change if shown else None
+
+
 def _usual(known: Mapping[int, tuple[float, float]], stated: float | None) -> list[int]:
     """The drives that agree on an acceleration per torque: on the stated one if several do, else most of them.
 
@@ -63,10 +76,12 @@ def _usual(known: Mapping[int, tuple[float, float]], stated: float | None) -> li
     return as_stated if len(as_stated) >= FEWEST_OTHERS else max((alike(a) for a, _ in known.values()), key=len)
 
 
-def _acceleration_per_torque(time: Array, channels: Mapping[str, Array], torque: Array) -> tuple[float, float] | None:
+def _acceleration_per_torque(
+    time: Array, channels: Mapping[str, Array], torque: Array, least: float = LEAST_DRIVEN
+) -> tuple[float, float] | None:
     """The slope a of the acceleration over the drive torque, 1/(kg m), and its standard error; None if not positive."""
     seen = driven_samples(time, channels, torque, SPAN)
-    if seen.time.size * SPAN < LEAST_DRIVEN:
+    if seen.time.size * SPAN < least:
         return None
     columns, rate = seen.columns, seen.rate
     slope = float(np.linalg.lstsq(columns, rate, rcond=None)[0][0])
