@@ -118,9 +118,10 @@ def _with_free_form(
 
     The wrong form of a law hides every other error: no candidate is sufficient beside it, and a learned law absorbs
     what else is wrong. An answer that leaves more than noise leaves the error of the form in the parameters. An answer
-    with which the model cannot be fitted is none. Nor are answers without amplitude in the fits that the step
-    publishes, if the free form shows no error: they stood for the wrong form. A learned law that leaves only noise is
-    kept where no single effect beside the free form does: several effects and a free form follow more than one law.
+    with which the model cannot be fitted is none. If the free form shows no error, answers without amplitude in the
+    fits that the step publishes stood for the wrong form, and so did those that leave more than noise. A learned law
+    that leaves only noise is kept where no single effect beside the free form does: several effects and a free form
+    follow more than one law.
     """
     free = getattr(prepared.problem, "with_free_form", None)  # a problem of a plug-in may have none
     if free is None or found.judgment.verdict in ("adequate", "not_testable"):
@@ -138,7 +139,7 @@ def _with_free_form(
     if complete and not listed and not any(a.sufficient and len(a.effects) == 1 for a in judgment.answers):
         return prepared, found
     shown = any(published_answer(strategy, a, free)[0] is not None for a in judgment.answers)
-    silent = idle and judgment.verdict == "adequate"
+    silent = (idle or not complete) and judgment.verdict == "adequate"
     return (freed, PartJudgment(strategy, judgment)) if shown or silent else (prepared, found)
 
 

@@ -6,7 +6,7 @@ SPEED = 100.0 / 3.6  # m/s, at which the growth is stated
 @effect(
     on="slip",
     unknowns=Quantity(
-        "rolling_radius_growth", "", "relative growth of the rolling radius at 100 km/h", "q_V", -0.01, 0.03
+        "rolling_radius_growth", "", "relative growth of the rolling radius at 100 km/h", "q_V", -0.002, 0.03
     ),
     reference="Pacejka, 3rd ed., 2012, ch. 4: R0 (1 + q_V1 (V/V0)^2); belted tires 0.1 to 0.5 %, bias tires more",
     label="a rolling radius that grows with speed",

@@ -119,4 +119,4 @@ def test_a_growing_radius_needs_sweeps_at_different_speeds(step: float) -> None:
     problem = prepare(TireSpec.model_validate({"test": "tire"}), logs, Parameters({}))
     grows = {e.name for e in applicable(problem.model, catalog())} & {"rolling_radius_growth"}
     assert bool(grows) == (step > 0.0)
-    assert [signal for signal, _ in problem.model.unvaried] == ([] if grows else ["speed"])
+    assert [signal for signal, _ in problem.model.unvaried] == ([] if grows else ["speed", "sliding"])

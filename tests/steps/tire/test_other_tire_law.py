@@ -76,6 +76,16 @@ def test_a_free_form_with_a_shape_factor_at_its_bound_holds_c(monkeypatch: pytes
         list(tire_problem._free_forms(replace(bare, prior={"tire_C": (1.5, 0.1)})))  # a stated one stays free
 
 
+@pytest.mark.slow  # two diagnoses
+@pytest.mark.thorough  # 10 s
+def test_a_tire_of_another_law_without_an_error_is_adequate() -> None:
+    problem = prepare(SPEC, sweeps(0.25), Parameters())
+    result = diagnosed(PreparedStep(STEP, SPEC, Parameters(), problem), problem.publish())
+    assert result.diagnosis is not None
+    assert result.diagnosis.verdict == "adequate"
+    assert "departs from the magic formula" in result.diagnosis.sentence
+
+
 @pytest.mark.slow  # three fits
 def test_a_curve_that_is_odd_in_the_slip_of_the_rim_is_followed_in_driving_and_braking() -> None:
     result = prepare(SPEC, sweeps(0.25, law=odd_in_rim_slip), Parameters()).publish()
@@ -122,7 +132,9 @@ def faded(rng: np.random.Generator) -> tuple[Log, ...]:
 
 
 def test_friction_over_the_sliding_speed_is_one_curve_for_driving_and_braking() -> None:
-    (sliding,) = [part for part in tire_parts(faded(np.random.default_rng(9))) if part.coordinate == "sliding"]
+    (sliding,) = [
+        part for part in tire_parts(faded(np.random.default_rng(9)), speeds_differ=True) if part.coordinate == "sliding"
+    ]
     assert sliding.span == pytest.approx((0.0, 7.5), abs=0.1)
 
 

@@ -75,7 +75,7 @@ def _driven(e: ModelBuilder, u: Signals, **differing: Number) -> None:
     # To first order about the slip that ``BinnedSweep.lagged`` computes.
     read = (1 + u.slip) * (1 + e.p.radius_error) - 1 - e.p.tire_relaxation_length * u.slip_gradient
     slip = e("slip", value=read, slip_rate=u.slip_rate, speed_growth=u.speed_growth, **differing)
-    _force(e, u, slip, sliding=maths.soft_abs(slip * u.speed, STILL))
+    _force(e, u, slip, **({"sliding": maths.soft_abs(slip * u.speed, STILL)} if differing else {}))
 
 
 def _at_speeds(e: ModelBuilder, u: Signals) -> None:
@@ -98,8 +98,10 @@ _OF_SPEED = ("speed", "slip_gradient", "speed_growth")
 _WITH_SPEED = (*_CONSTANTS, "tire_relaxation_length"), (*_INPUTS, *_OF_SPEED)
 TIRE_CURVE = Model("tire_curve", _at_speeds, *_WITH_SPEED)
 
-# At one speed, a slip that depends on the speed is a slip with a wrong radius.
-ONE_SPEED_CURVE = Model("one_speed_curve", _driven, *_WITH_SPEED, unvaried=(("speed", "sweeps at different speeds"),))
+# At one speed, a slip that depends on the speed is a slip with a wrong radius, and a friction that depends on the
+# sliding speed is a curve of another form over the slip.
+_SPEEDS = "sweeps at different speeds"
+ONE_SPEED_CURVE = Model("one_speed_curve", _driven, *_WITH_SPEED, unvaried=(("speed", _SPEEDS), ("sliding", _SPEEDS)))
 
 # Where slip was logged but not the speed, nothing can depend on the sliding speed or on distance.
 SLIP_CURVE = Model("slip_curve", _slipped, _CONSTANTS, _INPUTS)

@@ -16,15 +16,15 @@ FORCE = 100.0  # N, plausible size: some 3 % of a wheel's load
 GRIP = 0.05  # plausible change of the peak friction
 
 
-def tire_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
+def tire_parts(logs: Sequence[Log], speeds_differ: bool) -> tuple[Part, ...]:
     """The parts: force over slip and returning slip, its reading over the load, friction over load and sliding speed.
 
     A force in addition to the curve that depends only on the load is an error of its reading: a tire without slip
-    transfers nearly no force. Friction over the magnitude of the sliding speed needs ``vehicle_speed``.
+    transfers nearly no force. At one speed, friction over the magnitude of the sliding speed is friction over slip.
 
     Parameters
     ----------
-    logs : with slip and force_z (N).
+    logs : with slip and force_z (N), and vehicle_speed (m/s) where ``speeds_differ``.
     """
     slip = span_of([log["slip"] for log in logs], 0.01)
     load = span_of([log["force_z"] for log in logs], 10.0)
@@ -51,7 +51,7 @@ def tire_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
             law=addition, related=("slip",),
         ),
     ]  # fmt: skip
-    if all("vehicle_speed" in log for log in logs):
+    if speeds_differ:
         sliding = 0.0, span_of([np.abs(log["slip"] * log["vehicle_speed"]) for log in logs], 0.1)[1]
         parts.append(
             Part(

@@ -11,7 +11,7 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Solution, even_if_refused, solve
 from vdyn_cli.inference.restrict import restricted
-from vdyn_cli.physics.models.tire_curve import BRAKING, DEPARTURE, SHAPE, SHIFTS
+from vdyn_cli.physics.models.tire_curve import BRAKING, DEPARTURE, SHAPE, SHIFTS, TIRE_CURVE
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
@@ -76,7 +76,7 @@ class TireProblem(SimulatedProblem):
     @property
     def parts(self) -> tuple[Part, ...]:
         """Force over slip, its reading over load, friction over load and sliding speed."""
-        return tire_parts(self.logs)
+        return tire_parts(self.logs, self.model is TIRE_CURVE)
 
     @cached_property
     def with_free_form(self) -> TireProblem:
