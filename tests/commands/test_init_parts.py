@@ -56,6 +56,7 @@ def test_driven_parts_of_a_log_are_no_coast_downs(signal: str, on: float, why: s
     assert begins == pytest.approx([15.0, 440.0], abs=8.0)
     assert found.text.count(f"left out: not a coast-down: {why}") == 2
     assert "mean decelerations of the runs: 0.19, 0.19 m/s^2" in found.text
+    assert "which parts are coast-downs" not in found.undecided
 
 
 def test_an_idling_engine_s_throttle_and_gear_changes_show_no_drive(tmp_path: Path) -> None:
@@ -102,6 +103,7 @@ def test_parts_without_signals_state_their_decelerations(tmp_path: Path) -> None
     )
     assert len(description["runs"]) == 4
     assert "mean decelerations of the runs: 0.19, 0.08, 0.19, 0.31 m/s^2" in found.text
+    assert "which parts are coast-downs" in found.undecided
 
 
 def test_a_coast_of_a_long_ride_ends_where_its_speed_settles(tmp_path: Path) -> None:

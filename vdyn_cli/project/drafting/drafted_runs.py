@@ -43,6 +43,9 @@ _SEVERAL_RUNS = (
     "# by the part in which their names differ.",
 )
 _ALONE = "no matching log of the other logger"
+# Ratio of mean decelerations, above which two parts of a log are not both coast-downs: slope and wind change it by 15 %
+# each way, and a first speed of 30 instead of 20 m/s by a third.
+_UNLIKE = 1.8
 _NOT_RELATED = (
     "and no mapped channel relates its clock to the first one: map two channels of the same, or write 'delay: 0 s' if "
     "both have one clock"
@@ -125,6 +128,7 @@ def runs_of_one_logger(
     entries = [f"log: {quoted(relative_path(folder, log.path))}{own}" for log, own in zip(logs, windows, strict=True)]
     differ = ["".join(f", {key}: {own}" for key, own in log.differing(usual, mapped).items()) for log in kept]
     split = _parts_of_logs(kept) if len(logs) > len(whole) else []
+    undecided += ["which parts are coast-downs"] if split and _differ(kept) else []
     return DraftedRuns(
         [*_reading(kept), "channels:", *lines, *without_coast_down(kept, falling, drive), *split],
         mapped,
@@ -144,7 +148,14 @@ def _parts_of_logs(parts: Sequence[GuessedLog]) -> list[str]:
     if len(known) < max(len(parts), 2):
         return lines
     listed = ", ".join(f"{one:.2f}" for one in known)
-    return [*lines, f"  # mean decelerations of the runs: {listed} m/s^2; those of coast-downs are alike"]
+    but = ", so that not all of these are" if _differ(parts) else ""
+    return [*lines, f"  # mean decelerations of the runs: {listed} m/s^2; those of coast-downs are alike{but}"]
+
+
+def _differ(parts: Sequence[GuessedLog]) -> bool:
+    """Whether the parts of a log decelerate so differently that some of them are no coast-downs."""
+    known = [part.deceleration for part in parts if math.isfinite(part.deceleration)]
+    return bool(known) and max(known) > _UNLIKE * min(known)
 
 
 def _reading(logs: Sequence[GuessedLog]) -> list[str]:
