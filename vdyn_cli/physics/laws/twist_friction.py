@@ -20,7 +20,7 @@ def shows_reversals(noise: float) -> bool:
 
 
 def turned_twist(twist: Array, noise: float) -> Array:
-    """Sense of friction, the direction of the last change of the twist, (n,), from -1 to 1; 0 at the start.
+    """Sense of friction, the direction of the last change of the twist, (n,) from -1 to 1; 0 where noise hides it.
 
     z = s - (s - z0) exp(-|phi - phi0| / SLIP), s the sign of the change, z0 and phi0 at the last reversal by
     ``MOST_NOISE`` standard deviations or more. phi is the extreme since then: noise turns nothing.
@@ -32,6 +32,8 @@ def turned_twist(twist: Array, noise: float) -> Array:
     Source: Dahl, A Solid Friction Model, The Aerospace Corporation, TOR-0158(3107-18)-1, 1968.
     """
     found, start = np.zeros(twist.size), 0.0
+    if not shows_reversals(noise):
+        return found
     for first, last in pairwise(_reversals(twist, MOST_NOISE * noise)):
         leg = twist[first : last + 1] - twist[first]
         sign = float(np.sign(leg[-1]))

@@ -67,10 +67,9 @@ def with_scatter(runs: Sequence[DriveWindows], wheel: Mapping[str, float]) -> tu
         sampled = run.noise.torque**2 * weights
         change, torque = np.diff(run.gained, 3), impulses(run, wheel, likeliest_delay(run, wheel))
         inertia = float(change @ np.diff(torque, 3) / max(float(change @ change), TINY))
-        left = torque - inertia * run.gained
         of_car = (moment * run.noise.acceleration) ** 2 * weights
         usual = sampled + of_car + THIRD_OF_DIFFERENCES * (inertia * run.noise.speed) ** 2
-        whitened.append(left / usual**0.5)
+        whitened.append((torque - inertia * run.gained) / usual**0.5)
         of_torque.append(sampled / usual)
     count = sum(e.size for e in whitened)
     excess = white_level(np.concatenate(whitened)) ** 2 - 1.0 if whitened else 0.0
@@ -128,13 +127,10 @@ def with_slow_acceleration(
     """
     blocks = [drive_windows(log, BLOCK, wheel) for log in aligned(logs, runs, wheel)]
     radius, count = wheel["wheel_radius"], sum(b.first.size for b in blocks)
-    columns, gained = [], []
-    for k, block in enumerate(blocks):
-        own = np.zeros((block.first.size, len(blocks)))
-        own[:, k] = block.duration
-        columns.append(np.column_stack([block.integral(block.log["acceleration"]), *_slips(block, wheel), own]))
-        gained.append(radius * block.gained)
-    matrix, right = np.concatenate(columns), np.concatenate(gained)
+    shared = [np.column_stack([b.integral(b.log["acceleration"]), *_slips(b, wheel), b.duration]) for b in blocks]
+    *law, duration = np.concatenate(shared).T
+    own = np.eye(len(blocks)).repeat([b.first.size for b in blocks], axis=0) * duration[:, None]
+    matrix, right = np.column_stack([*law, own]), radius * np.concatenate([b.gained for b in blocks])
     if count < ROWS_PER_UNKNOWN * matrix.shape[1]:
         return tuple(runs)
     left = right - matrix @ huber_fit(matrix, right)[0]

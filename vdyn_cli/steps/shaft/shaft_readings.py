@@ -11,7 +11,7 @@ import numpy as np
 from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.inference import exceeds_noise, white_level
 from vdyn_cli.io.clocks.block_means import condensed
-from vdyn_cli.physics.laws.twist_friction import shows_reversals, turned_twist
+from vdyn_cli.physics.laws.twist_friction import turned_twist
 from vdyn_cli.quantities.arrays import Array, Rows, cumulative_integral
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log
@@ -193,8 +193,7 @@ class ShaftReadings:
     @cached_property
     def turned(self) -> Array:
         """Sense of dry friction (``turned_twist``), (n,); 0 where the noise of the twist hides its reversals."""
-        shown = shows_reversals(self.noise[1])
-        return turned_twist(self.twist, self.noise[1]) if shown else np.zeros(self.twist.size)
+        return turned_twist(self.twist, self.noise[1])
 
     def drive(self, twist: Array, rate: Array, motor: Array) -> Drive:
         """The shaft's inputs at the run's times: twist (rad), its rate and the motor's speed (rad/s), (n,) each."""
