@@ -20,6 +20,7 @@ from vdyn_cli.effects import catalog
 from vdyn_cli.project.checks.check import step_of
 from vdyn_cli.project.inputs import LoggedTest, logged_test
 from vdyn_cli.project.pipeline import StepOutcome, Task
+from vdyn_cli.project.result_document import versions
 from vdyn_cli.quantities.errors import Finding, VdynError
 from vdyn_cli.report import canvas, template
 
@@ -147,6 +148,7 @@ def _load_shared() -> None:
         canvas.load()
         template.load()
         catalog()
+    versions()
     gc.freeze()  # a garbage collection in a step's process need not search all that is loaded, which takes 0.1 s
 
 
