@@ -102,6 +102,7 @@ TWO_ROWS = (
     "\t\tTemp\tWind\tWind\tHi\tHi\t\nDate\tTime\tOut\tSpeed\tDir\tSpeed\tDir\tBar\n\t\tC\tkm/h\t\tkm/h\t\thPa\n"
     + rows("{d:%d.%m.%Y}\t{d:%H:%M:%S.%f}\t11.2\t{v:.2f}\tENE\t99.5\tE\t983.1")
 )
+WHEELS = ",FL,FL,RL,RL,Car\nTime,Fx,Fz,Fx,Fz,Speed\ns,N,N,N,N,km/h\n" + rows("{t:.3f},1.5,3000.5,1.5,2500.5,{v:.2f}")
 COUNTED = "Time [s]\tv [km/h]\tz [mm]\n0\t1\t2\n" + rows("{t:.3f}\t{v:.2f}\t410.0")
 AGAIN = OF_DAY.splitlines(keepends=True)
 EXPORTS = {
@@ -129,6 +130,7 @@ EXPORTS = {
     "remark.csv": (REMARK, "Time [s]", "VSS1 [km/h]", "km/h"),
     "comments.csv": (COMMENTS, "Zeit", "v_Fzg", "km/h"),
     "two_rows.txt": (TWO_ROWS, "Time", "Wind Speed", "km/h"),
+    "wheels.csv": (WHEELS, "Time", "Car Speed", "km/h"),
     "counted.asc": (COUNTED, "Time [s]", "v [km/h]", "km/h"),
     "again.csv": ("".join([*AGAIN[:300], AGAIN[0], *AGAIN[300:]]), "Time", "v [km/h]", "km/h"),
 }

@@ -21,6 +21,7 @@ _OTHER_WORDS = {
     **{"km/u": "km/h", "km/t": "km/h", "km/sa": "km/h"},  # Dutch, Danish and Norwegian, Turkish
     **{"N•m": "N m", "N-m": "N m", "N.m": "N m"},
 }
+_WHEELS = frozenset(("FL", "FR", "RL", "RR", "VL", "VR", "HL", "HR"))  # corners of a car, not femto- or hectoliters
 _NAME_ENDS = {  # units as the last word of a name
     **{"mps": "m/s", "kmh": "km/h", "kph": "km/h", "kmph": "km/h", "mph": "mph", "mps2": "m/s^2", "ms2": "m/s^2"},
     **{"rpm": "rpm", "radps": "rad/s", "degps": "deg/s", "dps": "deg/s", "deg": "deg", "nm": "N m", "kn": "kN"},
@@ -63,7 +64,7 @@ def unit_text(cell: str) -> str:
 @lru_cache(maxsize=1024)
 def is_unit(text: str) -> bool:
     """Whether a text from a file is a unit; impossible texts are not passed to the parser of units."""
-    if _UNIT.fullmatch(text) is None:
+    if _UNIT.fullmatch(text) is None or text in _WHEELS:
         return False
     text = raw_scale(text)[1]
     if is_spelling(text):
