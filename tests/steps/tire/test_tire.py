@@ -20,6 +20,7 @@ from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.tire import problem
 from vdyn_cli.steps.tire.fitted_curve import fitted_curve
+from vdyn_cli.steps.tire.slip_sweeps import slip_sweeps
 from vdyn_cli.steps.tire.spec import TireSpec
 from vdyn_cli.steps.tire.step import STEP
 
@@ -120,6 +121,14 @@ def test_an_upside_down_channel_is_noticed_with_the_line_to_add(channel: str, sa
     with pytest.raises(InputError, match=says) as caught:
         STEP.estimate(SPEC, turned, known(vehicle))
     assert "sign: -1" in str(caught.value)
+
+
+def test_the_sweeps_of_a_tire_that_carries_a_hundredth_of_a_car_are_used_alike() -> None:
+    data = logs(random_vehicle(3), 3)
+    small = [d.with_channels(force_x=0.01 * d["force_x"], force_z=0.01 * d["force_z"]) for d in data]
+    used = (slip_sweeps(each, SPEC.settings, known(random_vehicle(3))) for each in (data, small))
+    for car, robot in zip(*used, strict=True):
+        np.testing.assert_array_equal(car["slip"], robot["slip"])
 
 
 def test_what_is_missing_is_said() -> None:

@@ -16,6 +16,7 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.tire.spec import TireSettings
 
 FEWEST_SAMPLES = 40  # of a sweep: one bin of binned_sweep
+LEAST_LOAD = 0.1  # share of a sweep's median load, by default: tires of a robot carry 100 N, those of a truck 30 kN
 SMALL_SLIP = 0.3  # up to which force and slip have the same sign
 
 
@@ -41,12 +42,17 @@ def slip_sweeps(logs: Sequence[Log], settings: TireSettings, known: Parameters) 
     sampled = [with_own_samples(log, "vehicle_speed") for log in logs]
     found = tuple(log if "slip" in log else _with_slip(log, settings, known) for log in sampled)
     used = [
-        np.isfinite(log["slip"]) & (log["force_z"] > settings.minimum_load.value) & np.isfinite(log["force_x"])
+        np.isfinite(log["slip"]) & np.isfinite(log["force_x"]) & (log["force_z"] > _least_load(log, settings))
         for log in found
     ]
     raise_all(dict.fromkeys(f for log, use in zip(found, used, strict=True) for f in _doubts(log, int(use.sum()))))
     kept = (np.where(use, log["slip"], np.nan) for log, use in zip(found, used, strict=True))
     return tuple(log.with_channels(slip=slip) for log, slip in zip(found, kept, strict=True))
+
+
+def _least_load(log: Log, settings: TireSettings) -> float:
+    """The load below which a sample is left out, N."""
+    return settings.minimum_load.value if settings.minimum_load else LEAST_LOAD * float(np.nanmedian(log["force_z"]))
 
 
 def _with_slip(log: Log, settings: TireSettings, known: Parameters) -> Log:
