@@ -6,9 +6,9 @@ the variance
 
     S L L' S'  +  G C G'  +  s^2
 
-at every sample. Outside the band the model is wrong; inside it, uncertain parameters explain the deviation. Gusts and
-parameters move a whole drive at once, so that the time outside of a correct model varies widely; its distribution is
-drawn by Monte Carlo.
+at every sample, and that of the errors of channels (``car.channel_errors``). Outside the band the model is wrong;
+inside it, uncertain parameters explain the deviation. Gusts and parameters move a whole drive at once, so that the time
+outside of a correct model varies widely; its distribution is drawn by Monte Carlo.
 """
 
 from __future__ import annotations
@@ -45,8 +45,9 @@ class PredictionBand:
     Parameters
     ----------
     error : (n,) simulated minus measured. measured : (n,).
-    slopes : (n, k) sensitivities to the uncertain parameters. own_slopes : (n, m) to the segment's start and zeros.
-    own : (n,) standard deviation by the parameters. gusts : (n,) by gusts, winds, unknown road, start and zeros.
+    slopes : (n, k) sensitivities to the uncertain parameters. own_slopes : (n, m) to errors of channels, and to
+        the segment's start and zeros.
+    own : (n,) standard deviation by the parameters. gusts : (n,) by gusts, winds, unknown road and ``own_slopes``.
     sensor : standard deviation by the noise of the channel, and of the torque sensor through the car.
     shares : (k,) contribution of each parameter to the variance, summed over time.
     slow : (first slow row, scale) of the gusts that affect it, with row = scale x output; None: no gusts.
@@ -83,13 +84,13 @@ def bands(w: WhitenedDrives) -> tuple[dict[str, PredictionBand], ...]:
 
 def _segment_bands(w: WhitenedDrives, run: int) -> dict[str, PredictionBand]:
     setup, s, p = w.setup, w.setup.segments[run], w.whitenings[run].layout
-    outcome, perturbed, shared = setup.first[run], setup.perturbed[run], len(setup.vector.shared)
+    outcome, perturbed = setup.first[run], setup.perturbed[run]
     root, own_std, b = setup.prior.root, _own_std(w, run), p.bins.time.size
     sigma = np.sqrt(np.maximum(np.diag(w.slow_covariance(run)), 0.0))
     found = {}
     for name, error in errors(setup, run, outcome).items():
         slopes = outcome.sensitivities[name]
-        own_slopes, gust, slow = slopes[:, shared:], np.zeros(s.time.size), None
+        own_slopes, gust, slow = slopes[:, -own_std.size :], np.zeros(s.time.size), None
         if name == "speed" or name in WHEELS:
             scale = 1.0 if name == "speed" else p.radius
             gust, slow = np.interp(s.time, p.bins.time, sigma[:b]) * (s.smooth_speed > RESTING) / scale, (0, scale)
@@ -108,9 +109,11 @@ def _segment_bands(w: WhitenedDrives, run: int) -> dict[str, PredictionBand]:
 
 
 def _own_std(w: WhitenedDrives, run: int) -> Array:
-    """Standard deviations of a segment's start speed and zeros."""
+    """Standard deviations of the effects, start speed and zeros of a segment: of errors of channels by their prior."""
     sensors = w.setup.sensors
-    return np.array([w.setup.vector.start_speed(run)[1], *(sensors.zeros[n] for n in sensors.with_zero)])
+    errors_of_channels = (u.prior[1] if u.prior and u.nuisance else 0.0 for u in w.setup.added.unknowns)
+    zeros = (sensors.zeros[n] for n in sensors.with_zero)
+    return np.array([*errors_of_channels, w.setup.vector.start_speed(run)[1], *zeros])
 
 
 def _norm(parts: Array) -> Array:
@@ -135,10 +138,10 @@ def _jerk(w: WhitenedDrives, run: int, root: Array) -> PredictionBand:
     level = w.whitenings[run].layout.levels["acceleration"] * noise_gain(s.time)
     noise = np.std(smooth_derivative(s.time, w.setup.perturbed[run]["acceleration"]))
     own, shares = _parameter_parts(error, slopes, root)
-    nothing = np.zeros(s.time.size)
-    return PredictionBand(
-        error, made, slopes, np.zeros((s.time.size, 0)), own, nothing, float(np.hypot(level, noise)), shares, None
-    )
+    own_std = _own_std(w, run)
+    own_slopes = smooth_derivative(s.time, outcome.sensitivities["acceleration"][:, -own_std.size :])
+    sensor = float(np.hypot(level, noise))
+    return PredictionBand(error, made, slopes, own_slopes, own, _norm(own_slopes * own_std), sensor, shares, None)
 
 
 @dataclass(frozen=True)
@@ -259,9 +262,7 @@ def _drawn_outside(
     own_std, b = _own_std(w, run), p.bins.time.size
     own = own_std[:, None] * rng.standard_normal((own_std.size, DRAWS))
     for name, band in one.items():
-        shift = band.slopes[at] @ (root @ latent.T)
-        if band.own_slopes.shape[1]:
-            shift += band.own_slopes[at] @ own
+        shift = band.slopes[at] @ (root @ latent.T) + band.own_slopes[at] @ own
         if band.slow is not None:
             first, scale = band.slow
             shift += _along(s.time[at], p.bins.time, paths[first : first + b]) / scale

@@ -63,7 +63,7 @@ from vdyn_cli.steps.validate.fit.nondifferentiable import (
     with_best_zeros,
 )
 from vdyn_cli.steps.validate.fit.posterior import posterior
-from vdyn_cli.steps.validate.fit.whitening import whiten_drives
+from vdyn_cli.steps.validate.fit.whitening import WhitenedDrives, whiten_drives
 from vdyn_cli.steps.validate.fit.whole_drives import is_cut, whole_drives
 from vdyn_cli.steps.validate.input_checks import LONGEST_STEP, beyond_band, missed_drives, refuse_coarse
 from vdyn_cli.steps.validate.parts import coordinate_values, drive_parts, torque_gain_profile
@@ -294,7 +294,7 @@ class ValidateProblem(SimulatedProblem):
             setup = fit.setup
             amplitudes = effect_amplitudes(fit.solution, added.unknowns, fit.spreads)
             findings += fit.doubts
-        whitened = shown = whiten_drives(setup)
+        whitened = shown = _predicted(self, setup, added.covered)
         if fit is not None and on_open_road(self):
             shown = whiten_drives(fitted(setup, fit.solution))
             road = road_findings(fit, self.logs, self.roads.sensed)
@@ -302,7 +302,7 @@ class ValidateProblem(SimulatedProblem):
         tests, chance = band_tests(shown, found)
         # The bands are shown without fitted zeros of the drive torque, since the baseline has none.
         zeroed = with_best_zeros(setup, self.reference)
-        after = posterior(whitened if zeroed is setup else whiten_drives(zeroed))
+        after = posterior(whitened if zeroed is setup else _predicted(self, zeroed, added.covered))
         validation = Validation(whitened, shown, found, tests, chance, after, road, self.missed)
         missed = () if self.spec.settings.windows else missed_drives(whitened.setup)
         if missed and beyond_band(found):
@@ -380,6 +380,11 @@ def _whitened(
     zeros = tuple(road.zero for road in problem.roads.sensed)
     spread = BetweenDriveSpread(s.drives.slope.value, s.drives.load.value, s.zeros.acceleration.value, zeros)
     return drive_regression(setup, spread)
+
+
+def _predicted(problem: ValidateProblem, setup: SimulationSetup, covered: frozenset[str]) -> WhitenedDrives:
+    """The drives with the parameters of their prior, and noise without the errors of channels that a fit contains."""
+    return whiten_drives(setup if on_open_road(problem) else with_channel_errors(setup, covered, NO_VALUES))
 
 
 def _sensors(problem: ValidateProblem) -> Sensors:

@@ -158,6 +158,6 @@ def methods(v: Validation) -> str:
         )
     return text + (
         "\n\nTime outside the band is compared with 400 Monte Carlo drives of a correct model: parameters from their "
-        "covariance, gusts, zeros and noise from theirs. All whitened rows and the parameters' covariance give the "
-        "posterior of each parameter."
+        "covariance, gusts, errors of channels and noise from theirs. All whitened rows and the parameters' covariance "
+        "give the posterior of each parameter."
     )

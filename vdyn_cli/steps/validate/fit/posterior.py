@@ -2,7 +2,8 @@
 
 The whitened rows of all outputs and the prior form one least-squares problem. It is solved with the derivatives at the
 prior (chord method: each further step costs a simulation without derivatives) and with each segment's own unknowns
-eliminated. With the information F of the drives, the prior covariance P and the change d of the estimates::
+and the errors of channels eliminated. With the information F of the drives, the prior covariance P and the change d of
+the estimates::
 
     pull of a parameter    d_i / sqrt(P_ii - C_ii),  C = (P^-1 + F)^-1
 
@@ -117,7 +118,8 @@ class _BorderedSystem:
         self.border, self.own = normal[:, :s, s:], own * (1 + 1e-9 * unit) + 1e-12 * unit
         self.follow = np.linalg.solve(self.own, self.border.swapaxes(1, 2))
         self.information = np.sum(normal[:, :s, :s] - self.border @ self.follow, axis=0)
-        self.covariance = np.linalg.inv(known.T @ known + self.information)
+        self.prior = known.T @ known
+        self.covariance = np.linalg.inv(self.prior + self.information)
         self.std = np.sqrt(np.diag(self.covariance))
 
     def reduced_gradient(self, gradients: Array, own_prior: Array) -> Array:
@@ -149,10 +151,11 @@ def _pulls(prior: ParameterPrior, system: _BorderedSystem, shared: Array, scores
     seen = reduction > NEGLIGIBLE
     before = np.array([prior.values[n] for n in prior.names])
     pull = np.where(seen, (values - before) / np.sqrt(np.where(seen, gone, 1.0)), np.nan)
-    root = prior.root
-    f, u = np.linalg.eigh(root.T @ system.information[:k, :k] @ root)
+    root, information, others = prior.root, system.information, system.information[k:, :k]
+    share = np.linalg.lstsq(information[k:, k:] + system.prior[k:, k:], others, rcond=None)[0]  # of errors of channels
+    f, u = np.linalg.eigh(root.T @ (information[:k, :k] - share.T @ others) @ root)
     strong = f > SEEN
-    q = (u.T @ root.T @ scores[:k])[strong] / np.sqrt(f[strong] + f[strong] ** 2)
+    q = (u.T @ root.T @ (scores[:k] - share.T @ scores[k:]))[strong] / np.sqrt(f[strong] + f[strong] ** 2)
     statistic, degrees = float(q @ q), int(strong.sum())
     chance = float(chdtrc(degrees, statistic)) if degrees else 1.0
     return Posterior(values, std, pull, reduction, statistic, degrees, chance)
