@@ -335,9 +335,7 @@ def main() -> None:
     # magnitude, and another order of summation changes the last digits. Must be set before numpy is imported.
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"):
         os.environ[variable] = "1"
-    gc.set_threshold(
-        10_000
-    )  # the usual 700 searches modules, which live until the end, 51 times while they load: 0.1 s
+    gc.set_threshold(10_000)  # the usual 700 searches the modules 51 times while they load: 0.1 s
     if not os.environ.get("VDYN_DEBUG"):
         warnings.simplefilter("ignore")  # those of libraries; vdyn reports its own findings
     with contextlib.suppress(ValueError, OSError):  # not in the main thread
