@@ -15,7 +15,7 @@ from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 from vdyn_cli.diagnosis.verdict_text import amplitude_text
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps.added_effects import AddedEffects
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 
 WIND, WAVE = cause("wind"), cause("wave")
 HIDDEN = 4.0
@@ -79,3 +79,22 @@ def test_it_replaces_a_contradicted_baseline_only_where_it_removes_a_doubt(
     if left:
         assert {n: e.value for n, e in result.parameters.items()} == {n: e.value for n, e in base.parameters.items()}
         assert "wind_twin" not in result.diagnosis.sentence
+
+
+@pytest.mark.parametrize(("fitted", "with_prior"), [(4.0, False), (25.0, True)])
+def test_an_amplitude_beyond_its_range_is_estimated_with_a_prior(
+    fitted: float, with_prior: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a line of nearly equal fits, the data alone do not determine it."""
+
+    def published(data: Campaign, added: AddedEffects = NO_EFFECTS) -> Result:
+        result = estimate(data, added)
+        free = any(u.name == "wind" and u.prior is None for u in added.unknowns)
+        shown = {n: replace(e, value=fitted, interval95=(1.0, 50.0)) for n, e in result.amplitudes.items()}
+        return replace(result, amplitudes=shown if free else result.amplitudes)
+
+    offer(monkeypatch, WIND, WAVE)
+    diagnosis = diagnosed(Campaign(31, hidden={"wind": HIDDEN}), publishing(published))[1].diagnosis
+    assert diagnosis is not None
+    (found,) = diagnosis.causes
+    assert (found.unknowns["wind"].interval95 != (1.0, 50.0)) == with_prior

@@ -23,8 +23,9 @@ from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.size.finding_size import Limits
 from vdyn_cli.diagnosis.size.published_size import size_by_results
-from vdyn_cli.diagnosis.strategies.effect_unknowns import amplitudes_of
+from vdyn_cli.diagnosis.strategies.effect_unknowns import amplitudes_of, largest_plausible
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
+from vdyn_cli.effects import Effect
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Result
@@ -124,7 +125,10 @@ def _extended(
         return judgment.refuted(closest=within), Extension()
     wanted = _wanted(extend, setup, judgment, base)
     start = strategy.relinearized(judgment.answer.fitted).values if judgment.answer else NO_VALUES
-    result, failed = publish_with(problem, [setup.candidates[e] for e in wanted], start)
+    effects = [setup.candidates[e] for e in wanted]
+    result, failed = publish_with(problem, effects, start)
+    if result is not None and _beyond_plausible(result, [e for e in effects if e.name not in setup.learned]):
+        result = publish_with(problem, effects, start, prior=True)[0] or result
     if isinstance(extend, list):  # the user must learn that the requested effect is not in the model
         failed = tuple(replace(f, doubt=True) for f in failed)
     if zero := _may_be_zero(judgment, setup, wanted, result):
@@ -133,8 +137,19 @@ def _extended(
             result = None
     if result is None:
         return judgment, Extension(failed=failed)
-    amplitudes = published_amplitudes(result, [setup.candidates[e] for e in wanted])
+    amplitudes = published_amplitudes(result, effects)
     return judgment, Extension(wanted, result, amplitudes, _biased(problem, base, result, wanted, setup), failed)
+
+
+def _beyond_plausible(result: Result, effects: Sequence[Effect]) -> bool:
+    """Whether the amplitude of an effect is beyond its plausible range, and the effect has no wider possible one.
+
+    Such an amplitude is nearly collinear with a parameter, as that of a brake that releases slowly with the drag area.
+    The data then determine only their sum, and the prior decides where on that line the answer lies.
+    """
+    found = [(effect, n) for effect in effects for n in amplitudes_of(effect) if n not in effect.possible]
+    values = result.amplitudes
+    return any(n in values and abs(values[n].value) > largest_plausible(effect, n) for effect, n in found)
 
 
 def _with_open_answer(
