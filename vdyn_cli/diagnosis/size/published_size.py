@@ -86,10 +86,12 @@ def size_by_results(found: FindingSize, base: Result, last: Result) -> FindingSi
     moved = {n: e.value - base.parameters[n].value for n, e in last.parameters.items() if n in base.parameters}
     alone = len({c.channel for c in base.comparisons}) == 1
     run, most = _largest(changes)
+    runs = base.fit.runs
+    number = runs.index(run.run) if run.run in runs else len(runs)  # a comparison may join several runs
     return replace(
         found,
         change=rms(every),
-        points=tuple((base.fit.runs.index(run.run), float(most[i])) for i in places_of(most)),
+        points=tuple((number, float(most[i])) for i in places_of(most)),
         every=0.0 if alone else found.every,  # of one channel, ``change`` is all
         before=base.fit.rms,
         after=last.fit.rms,
