@@ -95,19 +95,20 @@ def test_a_log_in_another_unit_is_a_run_with_keys_of_its_own(tmp_path: Path) -> 
 
 @pytest.mark.parametrize("both", [False, True])
 def test_a_log_in_another_unit_belongs_to_its_logger_s_others(tmp_path: Path, both: bool) -> None:
-    """Its run states the unit for that logger only, whether or not another logger has the same channel."""
+    """Its run states the unit for that logger only; without a channel of the other logger there is one logger."""
     paths = write_loggers(tmp_path, (0.0,) * 4, "{logger}_run{run}.csv")
-    for path in paths:
-        text = path.read_text()
-        text = text if both or "can" in path.name else text.replace("GPS Speed", "Lateral Speed Left")
-        path.write_text(text)
+    for k, path in enumerate(paths):
+        head, *rows = path.read_text().splitlines()
+        head = head if both or "can" in path.name else head.replace("GPS Speed", "Lateral Speed Left")
+        cut = rows[: len(rows) - k]  # equal logs are one recording
+        path.write_text("\n".join([head, *cut]) + "\n")
     odd = tmp_path / "can_run3.csv"
     lines = odd.read_text().splitlines()
     rows = [f"{t},{float(v) / 3.6:.4f}" for t, v in (line.split(",") for line in lines[1:])]
     odd.write_text("\n".join([lines[0].replace("km/h", "m/s"), *rows]) + "\n")
     found, description = draft("coastdown", *paths)
-    units = {Path(run["logs"][0]).name: run.get("units") for run in description["runs"]}
-    assert units.pop("can_run3.csv") == [{"speed": "m/s"}, *([None] if both else [])]
+    units = {Path(run["logs"][0] if both else run["log"]).name: run.get("units") for run in description["runs"]}
+    assert units.pop("can_run3.csv") == ([{"speed": "m/s"}, None] if both else {"speed": "m/s"})
     assert list(units.values()) == [None] * 3
     assert 'can_run3.csv"}  # left out' not in found.text
 
@@ -155,3 +156,16 @@ def test_the_torque_s_logger_sets_the_clock(tmp_path: Path) -> None:
     assert ["drive_torque" in one["channels"] for one in description["loggers"]] == [True, False]
     assert [run["logs"][0][:3] for run in description["runs"]] == ["can", "can"]
     assert "aligned by channels 'speed' and 'wheel_speed_fl'" in found.text
+
+
+def test_a_logger_without_a_channel_of_the_step_leaves_the_others_logs_as_runs(tmp_path: Path) -> None:
+    """A phone's folder has a file for each sensor, of which the gyroscope's is of no use in a coast-down."""
+    time, paths = np.arange(600) * 0.2, []
+    for k in range(2):
+        (folder := tmp_path / f"ride_{k}").mkdir()
+        paths.append(table(folder / "Location.csv", Time_s=time, Speed_kmperh=90.0 + k - 0.1 * np.arange(600)))
+        paths.append(table(folder / "Gyroscope.csv", Time_s=time, z_=np.sin(time)))
+    found, description = draft("coastdown", *paths)
+    assert "loggers" not in description
+    assert [Path(run["log"]).name for run in description["runs"]] == ["Location.csv"] * 2
+    assert found.text.count("# left out: no speed: no column has such a name") == 2

@@ -184,7 +184,8 @@ def _drives(
     key = str(parts.get("RUN", ""))
     required = [n for entry in step.required for n in named_channels(entry)]
     notes = _UNMATCHED if unmatched(logs, required) else ()
-    if of_loggers := logger_runs(logs, required):
+    of_loggers = logger_runs(logs, required)
+    if of_loggers and sum(len(log.columns()) > 1 for log in of_loggers[0]) > 1:  # not of a single logger with channels
         made = runs_of_loggers(step, logs, of_loggers, folder)
     else:
         made = runs_of_one_logger(step, logs, str(parts.get("FALLING", "")), parts.get("DRIVE", ()), folder)
