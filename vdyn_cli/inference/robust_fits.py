@@ -23,6 +23,22 @@ def ordinary_least_squares(columns: Array, y: Array) -> tuple[Array, Array]:
     return np.asarray(found), np.asarray(y - columns @ found)
 
 
+def least_squares_with_prior(
+    y: Array, columns: Array, variance: Array, mean: Array, prior: Array
+) -> tuple[float, Array, Array]:
+    """Least sum of squares, in variances, with a prior of the coefficients (k,); these; and their covariance (k, k).
+
+    Parameters
+    ----------
+    y : (n,). columns : (n, k). variance : (n,) of y. mean, prior : (k,) mean and standard deviation of the prior.
+    """
+    rows = np.vstack([columns / np.sqrt(variance)[:, None], np.diag(1.0 / prior)])
+    right = np.r_[y / np.sqrt(variance), mean / prior]
+    found = np.linalg.lstsq(rows, right, rcond=None)[0]
+    residual = right - rows @ found
+    return float(residual @ residual), np.asarray(found), np.asarray(np.linalg.inv(rows.T @ rows))
+
+
 def _scales(columns: Array) -> Array:
     """Rms (k,) of each column, by which it is divided so that units do not matter."""
     return np.asarray(np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-300))

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vdyn_cli.inference.robust_fits import ordinary_least_squares
+from vdyn_cli.inference.robust_fits import least_squares_with_prior, ordinary_least_squares
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
@@ -64,7 +64,7 @@ def other_resistance(drives: Sequence[Driven], headings: Sequence[float], stated
     variance = variance + ((VALIDATE_POLICY.road_between if known else VALIDATE_POLICY.slope_between) * GRAVITY) ** 2
     columns = np.column_stack([np.ones(len(used)), [headings[k] for k in used]])
     mean, prior = np.array([stated, 0.0]), np.array([FAULT * abs(stated), VALIDATE_POLICY.drive_slope * GRAVITY])
-    whole = _squares(constant, columns, variance, mean, prior)[0]
+    whole = least_squares_with_prior(constant, columns, variance, mean, prior)[0]
     without = [_without(k, constant, columns, variance, mean, prior) for k in range(len(used))]
     k = int(np.argmin([one[0] for one in without]))
     left, off, error = without[k]
@@ -125,18 +125,9 @@ def _constants(seen: Sequence[DrivenSamples]) -> tuple[Array, Array, Array]:
     return found[: len(seen)], np.asarray(variance), found[len(seen) :]
 
 
-def _squares(y: Array, x: Array, variance: Array, mean: Array, prior: Array) -> tuple[float, Array, Array]:
-    """Least sum of squares of y about x beta with the prior of beta; beta, and its covariance."""
-    rows = np.vstack([x / np.sqrt(variance)[:, None], np.diag(1.0 / prior)])
-    right = np.r_[y / np.sqrt(variance), mean / prior]
-    beta = np.linalg.lstsq(rows, right, rcond=None)[0]
-    residual = right - rows @ beta
-    return float(residual @ residual), np.asarray(beta), np.asarray(np.linalg.inv(rows.T @ rows))
-
-
 def _without(k: int, y: Array, x: Array, variance: Array, mean: Array, prior: Array) -> tuple[float, float, float]:
     """The squares of the other drives than k; by how much k is off from them, and the standard error of that."""
     others = np.arange(y.size) != k
-    squares, beta, covariance = _squares(y[others], x[others], variance[others], mean, prior)
+    squares, beta, covariance = least_squares_with_prior(y[others], x[others], variance[others], mean, prior)
     error = float(np.sqrt(variance[k] + x[k] @ covariance @ x[k]))
     return squares, float(y[k] - x[k] @ beta), error
