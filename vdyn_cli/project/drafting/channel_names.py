@@ -41,7 +41,7 @@ _SPELLINGS = {
     "right": "rechts rechte rechtes droite derecha derecho destra destro",
     "load": "last achslast radlast radaufstandskraft aufstandskraft charge carga carico",
     "brake": "frein freno freio bremse brems brk",
-    "hub": "nabe radnabe",
+    "hub": "nabe",
     "fx": "fxw",  # of tire test rigs
     "fz": "fzw",
     "slip": "kappa longslip",
@@ -91,6 +91,7 @@ _JOINED = {
     "position": "里程 距离 距離 거리",
     "elevation": "海拔 高度 標高",
     "grade": "坡度 勾配",
+    "wheel hub": "radnabe",
     "body elevation": "aufbauhöhe aufbauhoehe karosseriehöhe",
     "target": "目标 目標 指令 请求 要求",
     "max": "最高 最大 最小",
