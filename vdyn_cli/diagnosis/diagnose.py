@@ -120,8 +120,8 @@ def _with_free_form(
     what else is wrong. An answer that leaves more than noise leaves the error of the form in the parameters. An answer
     with which the model cannot be fitted is none. If the free form shows no error, answers without amplitude in the
     fits that the step publishes stood for the wrong form, and so did those that leave more than noise. A learned law
-    that leaves only noise is kept where no single effect beside the free form does: several effects and a free form
-    follow more than one law.
+    is kept where it predicts held-out runs better than the answer beside the free form, unless that is a single effect
+    that leaves only noise.
     """
     free = getattr(prepared.problem, "with_free_form", None)  # a problem of a plug-in may have none
     if free is None or found.judgment.verdict in ("adequate", "not_testable"):
@@ -136,7 +136,9 @@ def _with_free_form(
         judgment = judge(strategy, faults, limits)
     except (ResultError, ArithmeticError):
         return prepared, found
-    if complete and not listed and not any(a.sufficient and len(a.effects) == 1 for a in judgment.answers):
+    by_law, by_form = found.judgment.gain, judgment.gain
+    single = any(a.sufficient and len(a.effects) == 1 for a in judgment.answers)
+    if not (listed or single) and by_law is not None and by_form is not None and by_law.after < by_form.after:
         return prepared, found
     shown = any(published_answer(strategy, a, free)[0] is not None for a in judgment.answers)
     silent = (idle or not complete) and judgment.verdict == "adequate"
