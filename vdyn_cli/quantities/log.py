@@ -50,6 +50,7 @@ class Log:
     source : only for a log from a reader, whose channels still have the file's units and signs; else None.
     samples : original samples, on this clock, of channels that were interpolated linearly from another logger; not of
         channels replaced since. Of a part of a log, those of the whole log.
+    averaged : likewise, of channels that were averaged from a faster logger.
     begin : zero of a clock recorded as times of day: s since 1970, or since midnight if no date is stated; NaN for
         other clocks.
     clock_std : by channel of another logger, standard error of its clock's estimated delay over this run, s.
@@ -73,6 +74,7 @@ class Log:
     findings: tuple[Finding, ...] = ()
     source: LogSource | None = None
     samples: Mapping[str, Samples] = field(default_factory=dict)
+    averaged: Mapping[str, Samples] = field(default_factory=dict)
     begin: float = math.nan
     clock_std: Mapping[str, float] = field(default_factory=dict)
     held: Mapping[str, float] = field(default_factory=dict)
@@ -122,8 +124,10 @@ class Log:
     def with_channels(self, **channels: ArrayLike) -> Log:
         """The same log with channels added or replaced."""
         added = {key: np.asarray(values, dtype=float) for key, values in channels.items()}
-        samples = {key: read for key, read in self.samples.items() if key not in added}
-        return replace(self, channels={**self.channels, **added}, samples=samples)
+        samples, averaged = (
+            {key: read for key, read in kept.items() if key not in added} for kept in (self.samples, self.averaged)
+        )
+        return replace(self, channels={**self.channels, **added}, samples=samples, averaged=averaged)
 
     def __sub__(self, other: Log) -> Log:
         """The difference of the channels that both logs have.

@@ -26,6 +26,7 @@ AlignOn = str | tuple[str, str] | None
 """A channel that both loggers recorded, or the reference's channel and the other's; None: chosen automatically."""
 
 LINES = "linear interpolation"  # how a slower logger's channel is resampled
+MEANS = "means"  # likewise, a faster one's
 
 
 def merge(
@@ -61,10 +62,11 @@ def merge(
         for channel in other.channels:
             if channel not in merged:
                 added[channel], how[channel] = _resampled(other, channel, at, step)
-        read = _on_reference(_between_lines(other, how), at, reference.time)
+        read, means = (_on_reference(kept, at, reference.time) for kept in _recorded(other, how))
         merged = merged.with_channels(**added)
         std = {} if found.stated else dict.fromkeys(added, found.run_delay_std(reference.time))
-        merged = replace(merged, samples={**merged.samples, **read}, clock_std={**merged.clock_std, **std})
+        merged = replace(merged, samples={**merged.samples, **read}, averaged={**merged.averaged, **means})
+        merged = replace(merged, clock_std={**merged.clock_std, **std})
         found = found.model_copy(update={"channels": tuple(added)})
         merged = replace(merged, findings=(*merged.findings, *_clock_findings(found, how), *differing))
         clocks.append(found)
@@ -191,6 +193,7 @@ def on_one_clock(reference: Log, others: Sequence[Log]) -> Log:
     added: dict[str, Array] = {}
     how: dict[str, str] = {}
     samples: dict[str, Samples] = {}
+    averaged: dict[str, Samples] = {}
     findings = list(reference.findings)
     step = float(np.median(np.diff(reference.time))) if reference.time.size > 1 else 0.0
     for other in others:
@@ -203,14 +206,16 @@ def on_one_clock(reference: Log, others: Sequence[Log]) -> Log:
             )
             if words:
                 how[channel] = words
-        samples |= _between_lines(other, how)
+        read, means = _recorded(other, how)
+        samples |= read
+        averaged |= means
     for words in dict.fromkeys(how.values()):
         names = ", ".join(f"'{name}'" for name, kind in how.items() if kind == words)
         first = next(iter(reference.channels), "time")
         what = f"resampled to the sampling times of '{first}': {names} ({words})"
         remedy = "choose the clock of another group with the key 'group' of the channel 'time'"
         findings.append(Finding(reference.name, what, remedy=remedy))
-    return replace(reference.with_channels(**added), findings=tuple(findings), samples=samples)
+    return replace(reference.with_channels(**added), findings=tuple(findings), samples=samples, averaged=averaged)
 
 
 def _resampled(log: Log, channel: str, at: Array, step: float, gaps: Mask | None = None) -> tuple[Array, str]:
@@ -220,7 +225,7 @@ def _resampled(log: Log, channel: str, at: Array, step: float, gaps: Mask | None
         return np.full(at.size, np.nan), "fewer than two values"
     whole = signal.time.size == log.time.size and channel not in log.samples
     if signal.step < 0.75 * step:
-        return signal.averages(at, step), f"means over {step:.4g} s"
+        return signal.averages(at, step), f"{MEANS} over {step:.4g} s"
     values = np.interp(at, signal.time, signal.values)
     values[gaps if whole and gaps is not None else signal.gaps_at(at)] = np.nan
     return values, LINES
@@ -234,9 +239,10 @@ def _samples_of(log: Log, channel: str) -> Samples:
     return (log.time, log[channel]) if written.all() else (log.time[written], log[channel][written])
 
 
-def _between_lines(log: Log, how: Mapping[str, str]) -> dict[str, Samples]:
-    """The samples, on the log's own clock, of its linearly interpolated channels."""
-    return {n: _samples_of(log, n) for n in log.channels if how.get(n) == LINES}
+def _recorded(log: Log, how: Mapping[str, str]) -> tuple[dict[str, Samples], dict[str, Samples]]:
+    """The samples, on the log's own clock, of its linearly interpolated channels, and of its averaged ones."""
+    lines, means = ([n for n in log.channels if how.get(n, "").startswith(kind)] for kind in (LINES, MEANS))
+    return {n: _samples_of(log, n) for n in lines}, {n: _samples_of(log, n) for n in means}
 
 
 def _on_reference(samples: Mapping[str, Samples], at: Array, time: Array) -> dict[str, Samples]:

@@ -57,7 +57,7 @@ def _ready(spec: CgSpec, log: Log) -> Log:
     turned = log if "pitch_rate" in log else log.with_channels(pitch_rate=np.gradient(log["pitch"], log.time))
     if spec.settings.accelerometer == "body":
         free = turned["acceleration"] - GRAVITY * pitch_angle(turned)
-        turned = replace(turned.with_channels(acceleration=free), samples=turned.samples)
+        turned = replace(turned, channels={**turned.channels, "acceleration": free})
     return turned
 
 

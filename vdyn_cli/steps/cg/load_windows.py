@@ -196,9 +196,11 @@ def _white_noise(log: Log, channel: str) -> float:
     """Standard deviation of the white noise that has the channel's spectrum at low frequencies.
 
     Interpolation between another logger's samples attenuates noise only at high frequencies: at half a sample the
-    interpolated channel shows a third of it. So the level is that of the samples; of an axle's load, of its wheels'.
+    interpolated channel shows a third of it, and means of lines half. So the level is that of the samples; of an axle's
+    load, of its wheels'.
     """
-    own = {n: read for n, read in log.samples.items() if np.isfinite(read[1]).sum() >= FEWEST_READINGS}
+    recorded = {**log.averaged, **log.samples}
+    own = {n: read for n, read in recorded.items() if np.isfinite(read[1]).sum() >= FEWEST_READINGS}
     wheels = WHEELS.get(channel, ())
     whole = channel in own or not any(n in own for n in wheels)
     read = [own.get(n, (log.time, log[n])) for n in ((channel,) if whole else wheels)]
@@ -211,8 +213,9 @@ def _white_noise(log: Log, channel: str) -> float:
 def with_smaller_loads(log: Log, share: float) -> Log:
     """The log whose loads, of axles and wheels, read (1 + share) times too much, corrected."""
     loads = {*LOADS, *(n for wheels in WHEELS.values() for n in wheels)}
-    samples = {n: (t, v / (1 + share) if n in loads else v) for n, (t, v) in log.samples.items()}
-    return replace(log.with_channels(**{n: log[n] / (1 + share) for n in loads if n in log}), samples=samples)
+    gain = {n: 1 / (1 + share) if n in loads else 1.0 for n in {**log.channels, **log.samples, **log.averaged}}
+    samples, averaged = ({n: (t, gain[n] * v) for n, (t, v) in kept.items()} for kept in (log.samples, log.averaged))
+    return replace(log, channels={n: gain[n] * v for n, v in log.channels.items()}, samples=samples, averaged=averaged)
 
 
 def pitch_angle(log: Log) -> Array:
