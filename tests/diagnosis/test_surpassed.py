@@ -71,25 +71,25 @@ def test_a_learned_law_that_predicts_no_better_than_an_answer_is_not_named(
     strategy = Some(model=Some(setup=Some(effects=())))
     law = Some(effect=Some(), name="law")
     judged = _naming_law(
-        *cast(Any, (strategy, Judged(answers=(), detection=None, tried=(), base="base"), law)), least=least
+        *cast(Any, (strategy, Judged(answers=(), detection=None, tried=(), base="base"), law)), least=least, parts=1
     )
     assert (judged is not None) is named
 
 
 @pytest.mark.parametrize(
-    ("cost", "left", "imitates"),
-    [(104.0, 0.5, True), (112.0, 0.5, False), (104.0, 0.75, False)],
-    ids=["by chance", "clearly better", "explains clearly less"],
+    ("cost", "left", "parts", "imitates"),
+    [(104.0, 0.5, 1, True), (108.0, 0.5, 1, False), (108.0, 0.5, 10, True), (104.0, 0.75, 1, False)],
+    ids=["by chance", "clearly better", "by the chance of ten parts", "explains clearly less"],
 )
 def test_a_learned_law_with_more_unknowns_must_explain_more_than_chance_beside_an_answer(
-    cost: float, left: float, imitates: bool, monkeypatch: pytest.MonkeyPatch
+    cost: float, left: float, parts: int, imitates: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Two more unknowns: chance lowers twice the cost by more than 12.4 in 0.2 % of the cases."""
     same = Some(effects=("area",), cost=cost, residual_share=left)
     monkeypatch.setattr(part_judgment, "candidate_model", lambda strategy, effects: same)
     strategy = Some(model=Some(freed=lambda effect: ("a", "b", "c") if effect == "law" else (effect,)))
     law, answer = Some(effects=("law",), cost=100.0, residual_share=0.45), Some(effects=("area",))
-    assert _imitates(*cast(Any, (strategy, law, answer))) is imitates
+    assert _imitates(*cast(Any, (strategy, law, answer, parts))) is imitates
 
 
 @pytest.mark.slow  # a diagnosis of 4 s

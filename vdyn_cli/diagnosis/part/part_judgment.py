@@ -300,18 +300,20 @@ def _with_learned_law(
     good, label = [f.form for f in forms if f.sufficient], label_of(finding.parts)
     for form in (forms[0], None) if good else (None,):
         law = learned(finding, form, good, label)
-        named = _naming_law(strategy, judgment, law, least)
+        named = _naming_law(strategy, judgment, law, least, len(finding.search.gains))
         if named is not None:
             return (*named, law if form is None else replace(law, free=learned(finding, None, good, label).effect))
     return None
 
 
-def _naming_law(strategy: Strategy, judgment: Judgment, law: Learned, least: float) -> tuple[Strategy, Judgment] | None:
+def _naming_law(
+    strategy: Strategy, judgment: Judgment, law: Learned, least: float, parts: int
+) -> tuple[Strategy, Judgment] | None:
     extended = _with_candidate(strategy, law)
     answer = candidate_model(extended, (law.name,)) if extended is not None else None
     if extended is None or answer is None or answer.unphysical or not answer.explains_most:
         return None
-    if any(_imitates(extended, answer, a) for a in judgment.answers if a.sufficient):
+    if any(_imitates(extended, answer, a, parts) for a in judgment.answers if a.sufficient):
         return None
     gain = held_out_gain(extended, extended.base, answer.fitted)
     if gain is None or gain.after >= min(gain.before, least):
@@ -320,16 +322,17 @@ def _naming_law(strategy: Strategy, judgment: Judgment, law: Learned, least: flo
     return extended, replace(found, tried=(*judgment.tried, answer)).naming(answer, gain)
 
 
-def _imitates(strategy: Strategy, law: CandidateModel, answer: CandidateModel) -> bool:
+def _imitates(strategy: Strategy, law: CandidateModel, answer: CandidateModel, parts: int) -> bool:
     """Whether a learned law explains no more than an answer, but for what its additional unknowns explain by chance.
 
-    An answer that explains clearly less of the misfit than the law, as in ``_surpassed``, is not imitated.
+    The law is of the likeliest of so many ``parts``, each of which had this chance. An answer that explains clearly
+    less of the misfit than the law, as in ``_surpassed``, is not imitated.
     """
     same, model = candidate_model(strategy, answer.effects), strategy.model
     if same is None or 1.0 - same.residual_share**2 < POLICY.part_squares * (1.0 - law.residual_share**2):
         return False
     more = len(model.freed(law.effects[0])) - sum(len(model.freed(e)) for e in same.effects)
-    return bool(chdtrc(max(more, 1), max(2 * (same.cost - law.cost), 0.0)) > POLICY.imitation_level)
+    return bool(parts * chdtrc(max(more, 1), max(2 * (same.cost - law.cost), 0.0)) > POLICY.imitation_level)
 
 
 def _with_candidate(strategy: Strategy, law: Learned) -> Strategy | None:
