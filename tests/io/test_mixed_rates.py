@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from vdyn_cli.io.clocks.changed_values import rows_until_change
 from vdyn_cli.io.clocks.mixed_rates import slower_rows
 from vdyn_cli.io.formats.log_formats import read_log
 from vdyn_cli.io.reader import Column
 from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.quantities.log import Log
 
 N = 4000
 TIME = np.arange(N) / 100.0
@@ -112,3 +114,16 @@ def test_values_that_are_missing_at_random_are_not_held(tmp_path: Path) -> None:
     columns = {"time": Column("t", "s", "s"), "speed": Column("Speed", "km/h", "km/h")}
     with pytest.raises(InputError, match="has no value in"):
         read_log(tmp_path / "log.csv", columns)
+
+
+def test_regular_samples_beside_a_channel_of_changes_stay_as_they_are() -> None:
+    """A receiver of 10 Hz, which loses its signal for 20 s, in the table of a pedal that is written at changes."""
+    time = np.arange(6000) / 100.0
+    pedal = np.round(50.0 + 40.0 * np.sin(time / 5.0))
+    speed = np.where(np.arange(6000) % 10 == 3, np.round(25.0 - 0.15 * time + 0.3 * np.sin(time), 3), np.nan)
+    speed[(time > 20.0) & (time < 40.0) | (time > 55.0)] = np.nan
+    log = Log("log.csv", time, {"speed": speed, "pedal": np.where(np.diff(pedal, prepend=0.0) != 0.0, pedal, np.nan)})
+    found = rows_until_change(log)
+    assert list(found) == ["speed", "pedal"]
+    assert found["speed"].tolist() == np.flatnonzero(np.isfinite(speed)).tolist()
+    assert found["pedal"].size > 1.5 * np.isfinite(log["pedal"]).sum()
