@@ -29,7 +29,10 @@ EACH = pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name
 
 MODELS = (ROAD_LOAD, HALF_CAR, *shipped_models())
 EVERY = [pytest.mark.slow, pytest.mark.thorough]
-IN_EACH_MODEL = pytest.mark.parametrize("number", range(len(MODELS)), ids=lambda k: f"{k}-{MODELS[k].name}")
+# In the scope of the module, the tests of one model follow each other and share its assembly with each effect.
+IN_EACH_MODEL = pytest.mark.parametrize(
+    "number", range(len(MODELS)), ids=lambda k: f"{k}-{MODELS[k].name}", scope="module"
+)
 
 
 @cache
@@ -136,6 +139,7 @@ def test_effects_are_exactly_nothing_at_zero(number, effects):
     "number",
     [pytest.param(k, marks=[pytest.mark.slow] if m.name == "vehicle" else []) for k, m in enumerate(MODELS)],
     ids=lambda k: f"{k}-{MODELS[k].name}",
+    scope="module",
 )
 def test_derivatives_are_finite_at_zero_and_not_all_zero(number):
     wrong = {e.name: list(finite_derivatives(e, MODELS[number])) for e in chosen(number)}

@@ -126,7 +126,7 @@ def samples() -> Samples:
     shot = photo(REFERENCE, seed=2017)
     return Samples(
         title="Silhouette",
-        files={"silhouette.png": shot.png},
+        files={"silhouette.png": _png(np.asarray(Image.open(io.BytesIO(shot.png))), smallest=True)},
         truth=truth(REFERENCE),
         about=(
             f"The car's front, tires included, mirrors folded, from {shot.distance} m, in the plane of a box "
@@ -163,8 +163,15 @@ def _coverage(shapes: list[Array], size: tuple[int, int]) -> Array:
             x = x0 + (lines[first:last] - y0) * (x1 - x0) / (y1 - y0)
             left[first:last] = np.minimum(left[first:last], x)
             right[first:last] = np.maximum(right[first:last], x)
-        inside = np.clip(right[:, None] - pixels, 0.0, 1.0) - np.clip(left[:, None] - pixels, 0.0, 1.0)
-        cover += np.where(np.isfinite(left)[:, None], inside, 0.0).reshape(high, LINES, wide).mean(axis=1)
+        crossed = np.flatnonzero(np.isfinite(left))
+        if not crossed.size:
+            continue
+        rows = slice(crossed[0] // LINES, crossed[-1] // LINES + 1)
+        some = slice(rows.start * LINES, rows.stop * LINES)
+        columns = slice(max(int(left.min()), 0), int(right.max()) + 1)
+        ends = [np.clip(end[some, None] - pixels[columns], 0.0, 1.0) for end in (right, left)]
+        inside = np.where(np.isfinite(left[some])[:, None], ends[0] - ends[1], 0.0)
+        cover[rows, columns] += inside.reshape(rows.stop - rows.start, LINES, -1).mean(axis=1)
     return np.minimum(cover, 1.0)
 
 
@@ -177,7 +184,8 @@ def _mark(picture: Image.Image, box: tuple[float, ...]) -> None:
             draw.line([(x, y + 6 * away), (x, y + 26 * away)], fill=110)
 
 
-def _png(gray: Array) -> bytes:
+def _png(gray: Array, smallest: bool = False) -> bytes:
+    """Compressed fast, or to the smallest size in five times the time."""
     stream = io.BytesIO()
-    Image.fromarray(gray).save(stream, "PNG", optimize=True)
+    Image.fromarray(gray).save(stream, "PNG", optimize=smallest, compress_level=1)
     return stream.getvalue()

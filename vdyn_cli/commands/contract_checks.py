@@ -223,8 +223,8 @@ def one_of_each(models: Sequence[Model]) -> list[Model]:
     return list({model.name: model for model in models}.values())
 
 
-def moments(graph: Graph, count: int = MOMENTS) -> list[tuple[Array, Array, Array]]:
-    """Random states (n,), inputs (m,) and constants (k,): at standstill, in reverse, and forward."""
+def moments(graph: Graph, count: int = MOMENTS) -> tuple[Array, Array, Array]:
+    """Random states (n, count), inputs (m, count) and constants (k, count): at standstill, in reverse, and forward."""
     random = np.random.default_rng(7)
     found = []
     for k in range(count):
@@ -233,7 +233,8 @@ def moments(graph: Graph, count: int = MOMENTS) -> list[tuple[Array, Array, Arra
         x = np.where(np.array(graph.states) == "position", random.uniform(-25, 25, x.size), x)
         u = np.where(np.array(graph.inputs) == "position", random.uniform(-25, 25, u.size), u)
         found.append((x, u, typical_constants(graph, random)))
-    return found
+    x, u, p = (np.column_stack(values) for values in zip(*found, strict=True))
+    return x, u, p
 
 
 def typical_constants(graph: Graph, random: np.random.Generator) -> Array:
@@ -245,7 +246,7 @@ def typical_constants(graph: Graph, random: np.random.Generator) -> Array:
 
 
 def at_zero(graph: Graph, effect: Effect, constants: Array) -> Array:
-    """The constants (k,) with the effect's unknowns at their neutral values: nominal, else zero."""
+    """The constants (k, count) with the effect's unknowns at their neutral values: nominal, else zero."""
     changed = constants.copy()
     for name, value in {**graph.defaults, **dict.fromkeys(effect.unknowns, 0.0), **effect.nominal}.items():
         changed[graph.constants.index(name)] = value
@@ -257,21 +258,18 @@ def nothing_at_zero(effect: Effect, model: Model) -> Iterator[str]:
     base, extended = trace(model), trace(model, (effect,))
     own = [i for i, name in enumerate(extended.states) if name in base.states]
     inputs = [extended.inputs.index(name) for name in base.inputs]
-    for x, u, p in moments(extended):
-        p = at_zero(extended, effect, p)
-        known = [p[extended.constants.index(name)] for name in base.constants]
-        rates, readings = (value.full()[:, 0] for value in extended.field(x, u, p))
-        plain_rates, plain_readings = (value.full()[:, 0] for value in base.field(x[own], u[inputs], known))
-        if not np.array_equal(rates[own], plain_rates, equal_nan=True):
-            yield f"{model.name}: changes the rates of the states at zero"
-            return
-        kept = len(base.outputs)
-        if not np.array_equal(readings[:kept], plain_readings[:kept], equal_nan=True):
-            yield f"{model.name}: changes the readings at zero"
-            return
-        if readings[len(extended.outputs) + len(extended.rated) :].any():
-            yield f"{model.name}: shifts a clock at zero"
-            return
+    x, u, p = moments(extended)
+    p = at_zero(extended, effect, p)
+    known = p[[extended.constants.index(name) for name in base.constants]]
+    rates, readings = (value.full() for value in extended.field(x, u, p))
+    plain_rates, plain_readings = (value.full() for value in base.field(x[own], u[inputs], known))
+    kept = len(base.outputs)
+    if not np.array_equal(rates[own], plain_rates, equal_nan=True):
+        yield f"{model.name}: changes the rates of the states at zero"
+    elif not np.array_equal(readings[:kept], plain_readings[:kept], equal_nan=True):
+        yield f"{model.name}: changes the readings at zero"
+    elif readings[len(extended.outputs) + len(extended.rated) :].any():
+        yield f"{model.name}: shifts a clock at zero"
 
 
 def finite_derivatives(effect: Effect, model: Model) -> Iterator[str]:
@@ -280,22 +278,22 @@ def finite_derivatives(effect: Effect, model: Model) -> Iterator[str]:
     jacobian = graph.field.jacobian()
     columns = [graph.constants.index(name) for name in (*model.parameters, *effect.unknowns)]
     first = len(model.parameters)
-    moved = {name: False for name in effect.unknowns if name not in effect.nominal}
-    for x, u, p in moments(graph, max(MOMENTS, 8 * len(effect.unknowns))):
-        p = at_zero(graph, effect, p)
-        plain = graph.field(x, u, p)
-        # The blocks of the derivatives to the constants: the last of three inputs, for each of two outputs.
-        blocks = jacobian(x, u, p, *plain)
-        slopes = np.vstack([blocks[i].full()[:, columns] for i in (2, 5)])
-        if not all(np.isfinite(value.full()).all() for value in plain) or not np.isfinite(slopes[:, :first]).all():
-            continue  # the model itself is not defined for these random numbers
-        if not np.isfinite(slopes).all():
-            yield f"{model.name}: a derivative at zero is not finite"
-            return
-        for k, name in enumerate(effect.unknowns):
-            if name in moved:
-                moved[name] |= bool(slopes[:, first + k].any())
-    silent = [name for name, seen in moved.items() if not seen]
+    count = max(MOMENTS, 8 * len(effect.unknowns))
+    x, u, p = moments(graph, count)
+    p = at_zero(graph, effect, p)
+    plain = graph.field(x, u, p)
+    # The blocks of the derivatives to the constants: the last of three inputs, for each of two outputs.
+    blocks = jacobian(x, u, p, *plain)
+    slopes = np.vstack([blocks[i].full().reshape(-1, count, len(p)) for i in (2, 5)])[:, :, columns]
+    # Where the model itself is defined for the random numbers.
+    defined = np.all([np.isfinite(value.full()).all(axis=0) for value in plain], axis=0)
+    defined &= np.isfinite(slopes[:, :, :first]).all(axis=(0, 2))
+    own = slopes[:, defined, first:]
+    if not np.isfinite(own).all():
+        yield f"{model.name}: a derivative at zero is not finite"
+        return
+    amplitudes = [(k, name) for k, name in enumerate(effect.unknowns) if name not in effect.nominal]
+    silent = [name for k, name in amplitudes if not own[:, :, k].any()]
     if silent and not effect.probes:
         yield f"{model.name}: {', '.join(silent)} changes nothing; state probes if its derivative at zero is zero"
 

@@ -149,7 +149,7 @@ def test_box_deviations_are_propagated() -> None:
 
 def _png(grey: np.ndarray) -> bytes:
     stream = io.BytesIO()
-    Image.fromarray(grey).save(stream, "PNG")
+    Image.fromarray(grey).save(stream, "PNG", compress_level=1)
     return stream.getvalue()
 
 
