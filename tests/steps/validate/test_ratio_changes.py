@@ -108,9 +108,7 @@ def test_gears_are_found_over_hills_that_an_elevation_shows(seed: int) -> None:
 @pytest.mark.parametrize(("ratio", "geared"), [(0.73, False), (0.62, True)])
 def test_a_drive_mostly_in_the_usual_gear_needs_the_ratios_of_another(ratio: float, geared: bool) -> None:
     """A hill in it resembles another ratio, while the rest has the level of all drives."""
-    found = Pieces(
-        np.arange(4.0), np.array([1.0, ratio, 1.01]), np.array([50.0, 25.0, 60.0]), np.zeros(3), False, False
-    )
+    found = Pieces(np.arange(4.0), np.array([1.0, ratio, 1.01]), np.array([50.0, 25.0, 60.0]), np.zeros(3), False)
     levels = np.array([1.0, 0.62])
     assert found.has(levels, beside=1.0) is geared
 

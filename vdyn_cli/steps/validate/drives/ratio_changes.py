@@ -10,7 +10,7 @@ even where they resemble ratios: its pieces are described as well by one ratio f
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,8 +49,6 @@ class Pieces:
     ----------
     time : (p + 1,) s, start of each piece, and the end of the last one. ratio : (p,) 1/(kg m). driven : (p,) s.
     ends : (p,) s, the last driven sample of each piece. certain : whether this drive alone shows that they differ.
-    likely : whether it does beside the stated motion and without fast changes of the torque, where a hill resembles
-        another ratio.
     """
 
     time: Array
@@ -58,7 +56,6 @@ class Pieces:
     driven: Array
     ends: Array
     certain: bool
-    likely: bool
 
     def has(self, levels: Array, beside: float = 0.0) -> bool:
         """Whether the car is in one of these ``levels`` of the ratio, (m,) 1/(kg m), for most of the driving time.
@@ -111,7 +108,7 @@ def ratio_changes(drives: Sequence[Driven], stated: StatedMotion | None = None) 
     ----------
     drives : of one car. stated : of this car; None where it is not known.
     """
-    found = _confirmed([_pieces(driven_samples(*drive, SAMPLE_STEP), stated) for drive in drives])
+    found = [_pieces(driven_samples(*drive, SAMPLE_STEP), stated) for drive in drives]
     certain = [one for one in found if one is not None and one.certain]
     if not any(one.ratio.size > 1 for one in certain):
         return tuple(RatioChange(np.zeros(time.size, dtype=bool)) for time, _, _ in drives)
@@ -169,27 +166,17 @@ def _pieces(seen: DrivenSamples, stated: StatedMotion | None) -> Pieces | None:
     ratio, edges = coefficients[: len(starts)], np.array([*starts, time.size])
     levels = _are_levels(ratio)
     returns = levels and _returns(rate, torque, rest, starts, ratio)
-    likely = returns or (levels and _follow_torque(rate, torque, rest, starts))
-    certain = len(starts) == 1 or returns or (likely and _has_levels(*every[1:]))
+    follows = levels and _follow_torque(rate, torque, rest, starts) and _has_levels(*every[1:])
+    certain = len(starts) == 1 or returns or follows
     at = np.r_[time[starts], time[-1]]
-    return Pieces(at, ratio, SAMPLE_STEP * step * np.diff(edges), time[edges[1:] - 1], certain, likely)
-
-
-def _confirmed(found: Sequence[Pieces | None]) -> list[Pieces | None]:
-    """The pieces of all drives, with likely levels ``certain`` where most of two or more drives have them.
-
-    A car with gears shifts in most drives, while a hill that resembles another ratio is in one of them.
-    """
-    seen = [one for one in found if one is not None]
-    levels = np.concatenate([np.zeros(0), *(one.ratio for one in seen if one.likely)])
-    alike = sum(one.ratio.size > 1 and (one.likely or one.has(levels)) for one in seen)
-    if alike <= max(1, len(seen) / 2):
-        return list(found)
-    return [one and replace(one, certain=one.certain or one.likely) for one in found]
+    return Pieces(at, ratio, SAMPLE_STEP * step * np.diff(edges), time[edges[1:] - 1], certain)
 
 
 def _has_levels(rate: Array, torque: Array, rest: Array) -> bool:
-    """Whether all samples of a drive, without a stated motion, show levels of the ratio."""
+    """Whether all samples of a drive, without a stated motion, show levels of the ratio.
+
+    Beside the stated motion and without fast changes of the torque, a hill may resemble another ratio.
+    """
     starts, coefficients = _search(rate, torque, rest, _Law(None, _lasting_variance(rate, torque, rest)))
     return _are_levels(coefficients[: len(starts)]) and _follow_torque(rate, torque, rest, starts)
 
