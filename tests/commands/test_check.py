@@ -260,6 +260,7 @@ def test_a_short_frozen_stretch_is_cut_and_the_run_kept(tmp_path: Path) -> None:
     assert "km/h" in page.split("<svg")[1].split("</svg>")[0]
 
 
+@pytest.mark.slow  # a check as the one above
 def test_a_run_that_lost_too_much_is_to_be_repeated(tmp_path: Path) -> None:
     document = checked(campaign(tmp_path, frozen(20.0, 60.0)), tmp_path, 1)
     assert [r["verdict"] for r in document["runs"]] == ["keep", "keep", "repeat", *["keep"] * (RUNS - 3)]

@@ -55,7 +55,9 @@ def test_every_step_with_a_planned_day_has_a_description_here() -> None:
     assert {n for n in names() if load_step(n).planned is not None} == set(DESCRIPTIONS)
 
 
-@pytest.mark.parametrize("step", DESCRIPTIONS)
+@pytest.mark.parametrize(
+    "step", [pytest.param(n, marks=[pytest.mark.slow] if n in ("bump", "shaft") else []) for n in DESCRIPTIONS]
+)
 def test_a_planned_day_is_evaluated_as_a_measured_one(step: str, tmp_path: Path) -> None:
     planned = planned_test(load_step(step), _described(tmp_path, step), (), None)
     day, again = planned.day(1), planned.day(1)

@@ -8,7 +8,7 @@ import sys
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vdyn_cli.quantities.common_units import _FACTORS, _SAME, common_factor
@@ -121,6 +121,7 @@ def test_there_and_back(value: float, units: tuple[str, str]) -> None:
     assert from_si(to_si(value, *units), *units) == pytest.approx(value, rel=1e-9, abs=1e-9)
 
 
+@settings(max_examples=40)  # each unknown word costs a search of the unit library
 @given(st.text(max_size=30))
 def test_any_text_is_read_or_refused(text: str) -> None:
     with contextlib.suppress(UnitError):

@@ -25,7 +25,10 @@ def _with_clock(log: Log, late: float, *names: str, std: float = STD) -> Log:
     return replace(log.with_channels(**moved), samples=samples, clock_std=clocks)
 
 
-@pytest.mark.parametrize(("names", "sign"), [(LOADS, 1.0), (("pitch_rate", "acceleration"), -1.0)])
+@pytest.mark.parametrize(
+    ("names", "sign"),
+    [(LOADS, 1.0), pytest.param(("pitch_rate", "acceleration"), -1.0, marks=pytest.mark.slow)],
+)
 def test_the_delay_of_each_run_is_estimated_with_the_center_of_gravity(names: tuple[str, ...], sign: float) -> None:
     vehicle = random_vehicle(3)
     late = tuple(_with_clock(log, by, *names) for log, by in zip(logs(vehicle, 3), LATE, strict=True))

@@ -21,9 +21,16 @@ def fitted(case: messy_day.Case, position: bool = False) -> RoadLoadFit:
     return fit_road_load(prepared(case, position).problem.campaign_on_road)  # type: ignore[attr-defined]
 
 
-def test_local_forces_are_those_of_the_car() -> None:
+@pytest.fixture(scope="module")
+def clean() -> tuple[messy_day.Case, RoadLoadFit]:
+    """A day without a disturbance, and its fit."""
     case = messy_day.drive(11, SHORT)
-    found = local_forces(fitted(case))
+    return case, fitted(case)
+
+
+def test_local_forces_are_those_of_the_car(clean: tuple[messy_day.Case, RoadLoadFit]) -> None:
+    case, fit = clean
+    found = local_forces(fit)
     assert found is not None
     truth = np.array([case.vehicle.load(float(v)) for v in found.speed])
     assert np.mean(np.abs(found.measured - truth) <= found.half) >= 0.75
@@ -31,8 +38,8 @@ def test_local_forces_are_those_of_the_car() -> None:
     assert found.excess.max() < 1.0
 
 
-def test_intervals_hold_local_forces_that_disagree() -> None:
-    fit = fitted(messy_day.drive(12, SHORT))
+def test_intervals_hold_local_forces_that_disagree(clean: tuple[messy_day.Case, RoadLoadFit]) -> None:
+    _, fit = clean
     value = fit.solution.values["rolling_resistance"]
     low, high = fit.solution.including({"rolling_resistance": 0.2 * value}).interval95["rolling_resistance"]
     assert low < 1.2 * value < high

@@ -24,7 +24,7 @@ def spec(delay: str = "0 ms") -> ShaftSpec:
     return ShaftSpec.model_validate({"test": "shaft", "runs": runs, "settings": {"torque_delay": delay}})
 
 
-@pytest.mark.parametrize("late", [0.04, -0.03])
+@pytest.mark.parametrize("late", [0.04, pytest.param(-0.03, marks=pytest.mark.slow)])
 def test_a_late_torque_is_shifted_and_the_stiffness_stays_true(late: float) -> None:
     data = log(VEHICLE, 4)
     shifted = np.interp(data.time - late, data.time, data["shaft_torque"])

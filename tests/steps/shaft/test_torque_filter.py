@@ -39,7 +39,10 @@ def logged(torque: np.ndarray, time: np.ndarray, twist: np.ndarray) -> Log:
     )
 
 
-@pytest.mark.parametrize(("order", "corner"), [(1, 30.0), (2, 50.0), (4, 40.0)])
+@pytest.mark.parametrize(
+    ("order", "corner"),
+    [(2, 50.0), pytest.param(1, 30.0, marks=pytest.mark.slow), pytest.param(4, 40.0, marks=pytest.mark.slow)],
+)
 def test_a_filtered_torque_gives_the_true_stiffness_and_damping(order: int, corner: float) -> None:
     time, twist, rate = steps_of_twist()
     low_pass = butter(order, corner * 2 * STEP, output="sos")
