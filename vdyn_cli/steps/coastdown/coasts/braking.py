@@ -21,7 +21,7 @@ from vdyn_cli.quantities.arrays import Array, Mask, cumulative_integral, median_
 from vdyn_cli.steps.coastdown.coasts.late_clutch import RELEASED
 from vdyn_cli.steps.coastdown.coasts.opposite_direction import direction_doubt, fits_opposite
 from vdyn_cli.steps.coastdown.coasts.repeated_slope import PlacedExcess, repeated_slope
-from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndRejected, RejectedSegment, groups
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndRejected, RejectedSegment, long_windows
 from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 from vdyn_cli.steps.coastdown.road.road_position import first_place
 
@@ -173,23 +173,20 @@ def without_outliers(segments: Sequence[CoastSegment], shortest: float) -> KeptA
         if not (at := each.outliers).size:
             kept.append(each.segment)
             continue
-        time = each.segment.log.time
-        marked = [(time > each.time[k] - INTERVAL) & (time < each.time[k + 1] + INTERVAL) for k in at]
-        outside = np.asarray(np.any(marked, axis=0))
-        begin, end = float(time[outside][0]), float(time[outside][-1])
-        rejected.append(RejectedSegment(each.segment.name, begin, end, each.reason(int(at[0]))))
-        kept += _windows_between(each.segment, outside, shortest)
+        time, windows = each.segment.log.time, _windows(each.segment, each.pieces)
+        left = time[~np.isin(time, windows.log.time)]
+        rejected.append(RejectedSegment(each.segment.name, float(left[0]), float(left[-1]), each.reason(int(at[0]))))
+        long = long_windows(windows, shortest)
+        kept += [long] if long else []
     return kept, rejected
 
 
-def _windows_between(segment: CoastSegment, outliers: Mask, shortest: float) -> list[CoastSegment]:
-    """The rows between outliers, as windows of one segment."""
-    time, part = segment.log.time, segment.part
-    label = np.r_[0, np.cumsum((outliers[1:] != outliers[:-1]) | (part[1:] != part[:-1]))]
-    good = np.zeros(time.size, dtype=bool)
-    for a, b in groups(label):
-        good[a : b + 1] = not outliers[a] and time[b] - time[a] >= shortest
-    return [replace(segment, part=label).rows(good)] if good.any() else []
+def _windows(segment: CoastSegment, pieces: Sequence[tuple[float, float]]) -> CoastSegment:
+    """The rows of a segment within some spans of time (s), each of which is a window, as are its parts."""
+    time = segment.log.time
+    label = np.searchsorted([begin for begin, _ in pieces], time, side="right")
+    inside = np.any([(time >= begin) & (time <= end) for begin, end in pieces], axis=0)
+    return replace(segment, part=label + (len(pieces) + 1) * segment.part).rows(np.asarray(inside))
 
 
 def _compared(segments: Sequence[CoastSegment]) -> list[_ExcessDeceleration]:
@@ -298,11 +295,8 @@ def _undisturbed_part(
         return None, [one.segment.rejected(one.reason(int(at[0])))]
     edges = [float(time[0]), *(t for pair in best for t in pair), float(time[-1])]
     lost = [(a, b, at[(one.time[at] > a) & (one.time[at] < b)]) for a, b in zip(edges[::2], edges[1::2], strict=True)]
-    label = np.searchsorted([a for a, _ in best], time, side="right")
-    label += (label.max() + 1) * one.segment.part  # windows between gaps of the speed stay apart
-    inside = np.asarray(np.any([(time >= a) & (time <= b) for a, b in best], axis=0))
-    left = replace(one.segment, part=label).rows(inside)
-    return left, [RejectedSegment(name, a, b, one.reason(int(k[0]))) for a, b, k in lost if k.size]
+    parts = [RejectedSegment(name, a, b, one.reason(int(k[0]))) for a, b, k in lost if k.size]
+    return _windows(one.segment, best), parts
 
 
 def _undisturbed(one: _ExcessDeceleration, shortest: float) -> list[tuple[float, float]]:

@@ -176,13 +176,16 @@ def coast_segment(
 
 def _beside_gaps(segment: CoastSegment, shortest: float) -> CoastSegment | None:
     """The segment as windows before and after gaps of the speed, in which it may be driven; None without such gaps."""
-    time = segment.log.time
-    label = np.r_[0, np.cumsum(np.diff(time) > QUALITY.longest_bridge)]
-    windows = [(a, b) for a, b in groups(label) if b - a + 1 >= segment.fewest and time[b] - time[a] >= shortest]
-    if label[-1] == 0 or not windows:
-        return None
-    keep = np.isin(label, [label[a] for a, _ in windows])
-    return replace(segment, part=label).rows(keep)
+    label = np.r_[0, np.cumsum(np.diff(segment.log.time) > QUALITY.longest_bridge)]
+    return long_windows(replace(segment, part=label), shortest) if label[-1] else None
+
+
+def long_windows(segment: CoastSegment, shortest: float) -> CoastSegment | None:
+    """The windows of a segment that last ``shortest`` s and have enough rows to be fitted; None without such ones."""
+    time, long = segment.log.time, np.zeros(segment.part.size, dtype=bool)
+    for a, b in groups(segment.part):
+        long[a : b + 1] = b - a + 1 >= segment.fewest and time[b] - time[a] >= shortest
+    return segment.rows(long) if long.any() else None
 
 
 def _falls(segment: CoastSegment) -> float:
@@ -268,8 +271,8 @@ def driven_segment(
 
 def groups(label: NDArray[np.int64]) -> list[tuple[int, int]]:
     """First and last index of every group of successive equal labels."""
-    begins = np.flatnonzero(np.r_[True, label[1:] != label[:-1]])
-    return list(zip(begins.tolist(), (np.r_[begins[1:], label.size] - 1).tolist(), strict=True))
+    begins, ends = np.flatnonzero(np.diff(label, prepend=np.nan)), np.flatnonzero(np.diff(label, append=np.nan))
+    return list(zip(begins.tolist(), ends.tolist(), strict=True))
 
 
 def longest_of_runs(segments: Sequence[CoastSegment]) -> tuple[CoastSegment, ...]:
