@@ -21,7 +21,13 @@ from vdyn_cli.quantities.arrays import Array, Mask, cumulative_integral, median_
 from vdyn_cli.steps.coastdown.coasts.late_clutch import RELEASED
 from vdyn_cli.steps.coastdown.coasts.opposite_direction import direction_doubt, fits_opposite
 from vdyn_cli.steps.coastdown.coasts.repeated_slope import PlacedExcess, repeated_slope
-from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndRejected, RejectedSegment, long_windows
+from vdyn_cli.steps.coastdown.coasts.segments import (
+    CoastSegment,
+    KeptAndRejected,
+    RejectedSegment,
+    kept_and_rejected,
+    long_windows,
+)
 from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 from vdyn_cli.steps.coastdown.road.road_position import first_place
 
@@ -130,16 +136,10 @@ def without_braking(segments: Sequence[CoastSegment], window: float | None, shor
         left.
     shortest : s, duration of a window between two interruptions that is kept.
     """
-    kept: list[CoastSegment] = []
-    rejected: list[RejectedSegment] = []
     compared = _compared(segments)
     if window is None:
         window = float(np.median([_covered(each.segment, _undisturbed(each, shortest)) for each in compared]))
-    for each in compared:
-        segment, cut_off = _undisturbed_part(each, window, shortest)
-        kept += [segment] if segment else []
-        rejected += cut_off
-    return kept, rejected
+    return kept_and_rejected(_undisturbed_part(each, window, shortest) for each in compared)
 
 
 def braked_while_coasting(wholes: Sequence[CoastSegment]) -> dict[int, list[tuple[float, str]]]:
@@ -167,18 +167,17 @@ def without_outliers(segments: Sequence[CoastSegment], shortest: float) -> KeptA
     ----------
     shortest : s, duration of a window that is kept.
     """
-    kept: list[CoastSegment] = []
-    rejected: list[RejectedSegment] = []
-    for each in _compared(segments):
-        if not (at := each.outliers).size:
-            kept.append(each.segment)
-            continue
-        time, windows = each.segment.log.time, _windows(each.segment, each.pieces)
-        left = time[~np.isin(time, windows.log.time)]
-        rejected.append(RejectedSegment(each.segment.name, float(left[0]), float(left[-1]), each.reason(int(at[0]))))
-        long = long_windows(windows, shortest)
-        kept += [long] if long else []
-    return kept, rejected
+    return kept_and_rejected(_without_outliers(each, shortest) for each in _compared(segments))
+
+
+def _without_outliers(one: _ExcessDeceleration, shortest: float) -> tuple[CoastSegment | None, list[RejectedSegment]]:
+    """The windows of a driven segment between its outliers, and the span of these."""
+    if not (at := one.outliers).size:
+        return one.segment, []
+    time, windows = one.segment.log.time, _windows(one.segment, one.pieces)
+    left = time[~np.isin(time, windows.log.time)]
+    span = RejectedSegment(one.segment.name, float(left[0]), float(left[-1]), one.reason(int(at[0])))
+    return long_windows(windows, shortest), [span]
 
 
 def _windows(segment: CoastSegment, pieces: Sequence[tuple[float, float]]) -> CoastSegment:

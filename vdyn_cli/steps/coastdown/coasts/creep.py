@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndRejected, RejectedSegment
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndRejected, RejectedSegment, kept_and_rejected
 from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 
 WIDTH = 0.7  # m/s of a class of speed, which a coast at 0.1 m/s^2 passes in 7 s
@@ -32,20 +32,19 @@ def without_creep(segments: Sequence[CoastSegment]) -> KeptAndRejected:
     edge = _free_from(rates, ways)
     if edge is None:
         return list(segments), []
-    found, rejected = [], []
     why = (
         f"all runs slow down less below {3.6 * edge:.0f} km/h than their rolling resistance explains: does the motor "
         "push (creep)?"
     )
-    for one in segments:
-        slow = one.log["speed"] < edge
+
+    def above(one: CoastSegment) -> tuple[CoastSegment, list[RejectedSegment]]:
+        time, slow = one.log.time, one.log["speed"] < edge
         begin = int(np.argmax(slow))
-        free = np.arange(slow.size) < (begin if slow.any() else slow.size)
-        if slow.any() and free.sum() >= one.fewest:
-            rejected.append(RejectedSegment(one.name, float(one.log.time[begin]), float(one.log.time[-1]), why))
-            one = one.rows(free)
-        found.append(one)
-    return found, rejected
+        if not slow.any() or begin < one.fewest:
+            return one, []
+        return one.rows(time < time[begin]), [RejectedSegment(one.name, float(time[begin]), float(time[-1]), why)]
+
+    return kept_and_rejected(map(above, segments))
 
 
 def _decelerations(segment: CoastSegment) -> Array:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndRejected, RejectedSegment
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndRejected, RejectedSegment, kept_and_rejected
 from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 
 LAST, BEFORE = 2.0, 4.0  # s
@@ -21,23 +21,19 @@ LONGEST_BEFORE = 8.0  # s of a slow log, enough for the line at 1 Hz; in a longe
 
 def without_final_braking(segments: Sequence[CoastSegment]) -> KeptAndRejected:
     """Coasts without the last 2 s, where the speed falls by more than the deceleration before, and those parts."""
-    found: list[CoastSegment] = []
-    rejected: list[RejectedSegment] = []
-    for segment in segments:
-        one, end = segment, float(segment.log.time[-1])
-        lost = 0.0
-        while not any(a <= end <= b for a, b in segment.kept) and (drop := _lost_speed(one)):
-            lost += drop
-            one = one.rows(one.log.time < one.log.time[-1] - LAST)
-        found.append(one)
-        if lost:
-            begin = float(one.log.time[-1])
-            why = (
-                f"the speed falls by {3.6 * lost:.1f} km/h more than the deceleration before explains, from "
-                f"{3.6 * float(one.log['speed'][-1]):.0f} km/h on: brake or gear?"
-            )
-            rejected.append(RejectedSegment(segment.name, begin, end, why))
-    return found, rejected
+    return kept_and_rejected(map(_without_end, segments))
+
+
+def _without_end(segment: CoastSegment) -> tuple[CoastSegment, list[RejectedSegment]]:
+    one, end, lost = segment, float(segment.log.time[-1]), 0.0
+    while not any(a <= end <= b for a, b in segment.kept) and (drop := _lost_speed(one)):
+        lost += drop
+        one = one.rows(one.log.time < one.log.time[-1] - LAST)
+    why = (
+        f"the speed falls by {3.6 * lost:.1f} km/h more than the deceleration before explains, from "
+        f"{3.6 * float(one.log['speed'][-1]):.0f} km/h on: brake or gear?"
+    )
+    return one, [RejectedSegment(segment.name, float(one.log.time[-1]), end, why)] if lost else []
 
 
 def _lost_speed(segment: CoastSegment) -> float:

@@ -6,7 +6,7 @@ parts with drive torque are used.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -90,6 +90,12 @@ class CoastSegment:
 
 
 KeptAndRejected = tuple[list[CoastSegment], list[RejectedSegment]]  # what a filter of the segments returns
+
+
+def kept_and_rejected(each: Iterable[tuple[CoastSegment | None, Sequence[RejectedSegment]]]) -> KeptAndRejected:
+    """What is kept and what is rejected of all segments, from what is kept and what is rejected of each."""
+    found = list(each)
+    return [one for one, _ in found if one is not None], [part for _, parts in found for part in parts]
 
 
 class NoSegmentError(ResultError):

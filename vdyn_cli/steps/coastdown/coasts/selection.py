@@ -31,6 +31,7 @@ from vdyn_cli.steps.coastdown.coasts.segments import (
     coast_segment,
     driven_segment,
     further_coasts,
+    kept_and_rejected,
     rows,
     split,
 )
@@ -191,15 +192,12 @@ class _LoggedRuns:
         wholes = [coast_segment(k, usable(_own_rows(log), "coasting"), None, 0.0) for k, log in enumerate(self.logs)]
         coasts = [self._of_run(s) for s in wholes if isinstance(s, CoastSegment)]
         braked = braked_while_coasting(coasts) if coasts else {}
-        kept: list[CoastSegment] = []
-        rejected: list[RejectedSegment] = []
-        for one in segments:
-            above = [why for time, why in braked.get(one.run, ()) if time < one.log.time[0]]
-            if above:
-                rejected.append(one.rejected(f"{above[0]} (above the speed window)"))
-            else:
-                kept.append(one)
-        return kept, rejected
+
+        def why_not(one: CoastSegment) -> str:
+            above = (why for time, why in braked.get(one.run, ()) if time < one.log.time[0])
+            return next((f"{why} (above the speed window)" for why in above), "")
+
+        return _without(segments, why_not)
 
 
 def _refuse_other_quantity(spec: CoastdownSpec, logs: Sequence[Log]) -> None:
@@ -281,15 +279,20 @@ def _summed(log: Log, left: list[RejectedSegment]) -> list[RejectedSegment]:
 
 def _calm(segments: Sequence[CoastSegment], limit: float) -> KeptAndRejected:
     """Segments whose mean measured wind is at most ``limit`` (m/s), and the others as rejected."""
-    calm, windy = [], []
-    for s in segments:
-        wind = abs(float(np.mean(s.log["wind_speed"]))) if "wind_speed" in s.log else 0.0
-        if wind > limit:
-            why = f"mean wind {3.6 * wind:.0f} km/h, above the limit of {3.6 * limit:.0f} km/h"
-            windy.append(s.rejected(why))
-        else:
-            calm.append(s)
-    return calm, windy
+
+    def why_not(one: CoastSegment) -> str:
+        wind = abs(float(np.mean(one.log["wind_speed"]))) if "wind_speed" in one.log else 0.0
+        return f"mean wind {3.6 * wind:.0f} km/h, above the limit of {3.6 * limit:.0f} km/h" if wind > limit else ""
+
+    return _without(segments, why_not)
+
+
+def _without(segments: Sequence[CoastSegment], why_not: Callable[[CoastSegment], str]) -> KeptAndRejected:
+    """The segments for which there is no reason not to use them, and the others as rejected."""
+    reasons = [why_not(one) for one in segments]
+    return kept_and_rejected(
+        (None, [one.rejected(why)]) if why else (one, []) for one, why in zip(segments, reasons, strict=True)
+    )
 
 
 def _without_outliers(segments: Sequence[CoastSegment], shortest: float) -> KeptAndRejected:

@@ -7,7 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndRejected, RejectedSegment, rows
+from vdyn_cli.steps.coastdown.coasts.segments import (
+    CoastSegment,
+    KeptAndRejected,
+    RejectedSegment,
+    kept_and_rejected,
+    rows,
+)
 
 BEFORE = 1.0  # s before a coast within which a log counts as beginning with it: the speed is smoothed over this span
 
@@ -23,17 +29,16 @@ def without_starts(
     slack : s, by which a span that the user keeps may be shorter at either end of the cut.
     why : a sentence without a period.
     """
-    found: list[CoastSegment] = []
-    rejected: list[RejectedSegment] = []
-    for one, start in zip(segments, starts, strict=True):
+
+    def after(one: CoastSegment, start: Log) -> tuple[CoastSegment, list[RejectedSegment]]:
         begin, until = float(one.log.time[0]), float(start.time[0]) + length
         if any(first <= begin + slack and until - slack <= stop for first, stop in one.kept):
-            found.append(one)
-            continue
+            return one, []
         keep = f"[{{channel: speed, from: {begin:.6g} s, to: {until:.6g} s}}]"
-        found.append(one.rows(one.log.time > until))
-        rejected.append(RejectedSegment(one.name, begin, until, f"{why}. To use it, add 'keep: {keep}' to the run"))
-    return found, rejected
+        cut = RejectedSegment(one.name, begin, until, f"{why}. To use it, add 'keep: {keep}' to the run")
+        return one.rows(one.log.time > until), [cut]
+
+    return kept_and_rejected(map(after, segments, starts))
 
 
 def from_start(segment: CoastSegment) -> Log:
