@@ -19,7 +19,6 @@ pedal, has the same course::
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -48,13 +47,12 @@ RELEASE_STEP = 0.1  # s of a bin, and between the releases that are tried
 def without_filtered_start(segments: Sequence[CoastSegment]) -> KeptAndRejected:
     """Coasts without the first seconds in which a filtered speed lags or the deceleration sets in, and those parts."""
     held = [s.held[1] - COASTDOWN_POLICY.held_release if s.held else None for s in segments]
-    gradual = gradual_release([s.whole for s in segments], held)
-    releases = gradual.releases if gradual else [None] * len(segments)
+    gradual, releases = _gradual_release([s.whole for s in segments], held) or (None, [None] * len(segments))
     starts = [
         from_start(one) if release is None else rows(one.whole, one.whole.time >= release)
         for one, release in zip(segments, releases, strict=True)
     ]
-    lag = gradual.lag if gradual else filter_lag(starts)
+    lag = gradual or filter_lag(starts)
     if lag is None:
         return list(segments), []
     if gradual:
@@ -124,16 +122,9 @@ def _exponential(log: Log, lag: float) -> tuple[float, float] | None:
     return -float(found[3]) / (slowing * lag), float(np.mean((speed - design @ found) ** 2))
 
 
-@dataclass(frozen=True)
-class GradualRelease:
-    """The common time constant T, s, and the time of each run's release, s; None for a run without a held speed."""
-
-    lag: float
-    releases: tuple[float | None, ...]
-
-
-def gradual_release(logs: Sequence[Log], releases: Sequence[float | None]) -> GradualRelease | None:
-    """The gradual onset of the deceleration that all runs with a held speed show; None where they show none.
+def _gradual_release(logs: Sequence[Log], releases: Sequence[float | None]) -> tuple[float, list[float | None]] | None:
+    """Time constant T, s, of the gradual onset of the deceleration that all runs with a held speed show, and the time
+    of each release with it, s; None where they show none.
 
     With S(T) the residual squares of a run of n bins, least over its release, the runs' gains n ln(S(0) / S(T)) for
     T = 0.5 s must have a mean above zero by a one-sided Student t test (``clutch_chance``). T is the shortest one whose
@@ -156,7 +147,7 @@ def gradual_release(logs: Sequence[Log], releases: Sequence[float | None]) -> Gr
     behind = gains[:, [int(np.argmax(gains.sum(axis=0)))]] - gains
     best = int(np.argmax(behind.mean(axis=0) <= _mean_error(behind)))
     at = {k: float(times[best]) for k, (_, times) in found.items()}
-    return GradualRelease(float(RELEASE_LAGS[best]), tuple(at.get(k, releases[k]) for k in range(len(logs))))
+    return float(RELEASE_LAGS[best]), [at.get(k, release) for k, release in enumerate(releases)]
 
 
 def _fits(log: Log, release: float) -> tuple[Array, Array] | None:
