@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -22,8 +22,8 @@ from vdyn_cli.steps.coastdown.fit.road_run import RoadRun
 from vdyn_cli.steps.coastdown.fit.simulated_runs import SimulatedRuns
 from vdyn_cli.steps.coastdown.noise import noise_of, wind_variance
 from vdyn_cli.steps.coastdown.road.shared_road import (
-    describes_mean_slope,
-    describes_road,
+    MEAN_SLOPE,
+    WHOLE_ROAD,
     independent_slopes,
     road_unknowns,
 )
@@ -115,7 +115,11 @@ def initial_regression(campaign: Campaign, added: AddedEffects = NO_EFFECTS) -> 
     Its shared unknowns are those of the campaign, the slopes of the shared road, and those of the effects; each run's
     own unknown is its start speed.
     """
-    campaign = _without_described_road(campaign, added.effects)
+    campaign = replace(  # whose random road leaves out what the effects describe: all of it, or its mean slope
+        campaign,
+        flat_road=campaign.flat_road or WHOLE_ROAD in added.covered,
+        zero_mean_slope=campaign.zero_mean_slope or MEAN_SLOPE in added.covered,
+    )
     layout, hills = campaign.layout, _described_slopes(campaign, added)
     road = () if layout is None else road_unknowns(layout)
     unknowns = (*_with_start_values(campaign), *road, *added.unknowns)
@@ -190,20 +194,11 @@ def _decelerations(campaign: Campaign, run: RoadRun, bins: Bins) -> tuple[Array,
     return middle[within, 0], middle[within, 1], force[within]
 
 
-def _without_described_road(campaign: Campaign, effects: Sequence[Effect]) -> Campaign:
-    """The campaign whose random road leaves out what the effects describe: all of it, or its mean slope."""
-    return replace(
-        campaign,
-        flat_road=campaign.flat_road or any(describes_road(e) for e in effects),
-        zero_mean_slope=campaign.zero_mean_slope or any(describes_mean_slope(e) for e in effects),
-    )
-
-
 def _described_slopes(campaign: Campaign, added: AddedEffects) -> tuple[str, ...]:
     """Names of the road's slopes that an effect describes; none where no noise or no speed depends on them."""
     if campaign.white or not campaign.speed_fitted:
         return ()
-    slopes = tuple(n for e in added.effects if describes_road(e) for n in e.unknowns)
+    slopes = tuple(n for e in added.effects if WHOLE_ROAD in e.covers for n in e.unknowns)
     return slopes if set(slopes) <= set(added.names) else ()
 
 

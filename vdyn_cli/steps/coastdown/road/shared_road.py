@@ -25,7 +25,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.inference import Unknown
 from vdyn_cli.inference.bins import Bins
 from vdyn_cli.quantities.arrays import Array
@@ -37,7 +36,7 @@ VARIANCE_SHARE = 0.97  # of the slope's variance that its unknowns describe; the
 MOST_UNKNOWNS = 60  # of the slope
 TURN_STD = 0.2  # share of a run's length: standard deviation of where the runs of the other direction begin
 DEFAULT_SPECTRUM = 1  # index in SPECTRA, where the runs show no road: crests and sags of 100 to 500 m
-EFFECT_NAME = "shared_road"  # name in ``covers`` of an effect that replaces the random road
+WHOLE_ROAD = "shared_road"  # name in ``covers`` of an effect that replaces the random road
 MEAN_SLOPE = "road_slope"  # likewise, of an effect that replaces its mean slope
 PLACES_BETWEEN = 8  # two sparse samples at which the slope is evaluated: 5 s are up to 150 m, 4 to 8 knots
 DIAGONAL = 1e-9  # added to the unit diagonal of a correlation matrix, so that its Cholesky factor exists
@@ -142,16 +141,6 @@ def independent_slopes(factor: Array) -> float:
     """
     correlation = factor @ factor.T
     return float(np.trace(correlation) ** 2 / np.sum(correlation**2))
-
-
-def describes_road(effect: Correction) -> bool:
-    """Whether an effect describes the whole road, so that the noise contains no random road."""
-    return EFFECT_NAME in getattr(effect, "covers", ())
-
-
-def describes_mean_slope(effect: Correction) -> bool:
-    """Whether an effect describes the mean slope of the road, so that the random road has none."""
-    return MEAN_SLOPE in getattr(effect, "covers", ())
 
 
 def slope_factor(knots: Array, spectrum: int) -> Array:
