@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vdyn_cli.physics.laws.atmosphere import air_density
 from vdyn_cli.steps.coastdown.fit.reference_conditions import (
     Conditions,
     RoadLoad,
     corrected_load,
-    density_of,
     road_load_of,
 )
 
@@ -81,7 +81,7 @@ TEST_DAY = Conditions(297.15, 1.1595, 1588.0)
 
 def test_the_correction_takes_each_part_with_its_own_law() -> None:
     load = RoadLoad(148.0, 1.0, 0.317, np.diag([4.0, 0.01, 1e-4]), 10.0)
-    reference = Conditions(293.15, density_of(293.15, 100_000.0), 1500.0)
+    reference = Conditions(293.15, air_density(293.15, 100_000.0), 1500.0)
     found = corrected_load(load, TEST_DAY, reference)
     warm = 1 + 8.6e-3 * 4
     assert found.f0 == pytest.approx(148.0 * 1500 / 1588 * warm)
@@ -98,7 +98,7 @@ def test_nothing_to_correct_changes_nothing() -> None:
 def test_the_standards_factor_is_the_ratio_of_densities() -> None:
     """K2 = (T/293)(100 kPa/p) of the standards."""
     by_standard = (297.15 / 293.15) * (100.0 / 98.9)
-    assert density_of(293.15, 100_000.0) / density_of(297.15, 98_900.0) == pytest.approx(by_standard, rel=1e-12)
+    assert air_density(293.15, 100_000.0) / air_density(297.15, 98_900.0) == pytest.approx(by_standard, rel=1e-12)
 
 
 def test_the_interval_of_a_force_knows_that_its_parts_oppose() -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.physics.laws.atmosphere import air_density
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.steps.coastdown.campaign_checks.coast_times import CoastTimes, coast_times, listed_by_start, stated_starts
@@ -29,7 +30,6 @@ from vdyn_cli.steps.coastdown.fit.reference_conditions import (
     Conditions,
     RoadLoad,
     corrected_load,
-    density_of,
     one_sided,
     road_load_of,
 )
@@ -79,14 +79,14 @@ class RoadLoadEstimates:
         """Air and mass during the runs; None where the temperature is unknown."""
         if self.spec.environment.temperature is None and not all(r.temperature for r in self.spec.runs):
             return None
-        return Conditions(self.temperature, _air_density(self.fit), self.fit.at["mass"])
+        return Conditions(self.temperature, _mean_density(self.fit), self.fit.at["mass"])
 
     @cached_property
     def reference(self) -> Conditions:
         """Air and mass to which the road load is corrected."""
         to = self.spec.settings.reference
         mass = to.mass.value if to.mass else self.fit.at["mass"]
-        return Conditions(to.temperature.value, density_of(to.temperature.value, to.pressure.value), mass)
+        return Conditions(to.temperature.value, air_density(to.temperature.value, to.pressure.value), mass)
 
     @cached_property
     def temperature_effect(self) -> Effect | None:
@@ -101,7 +101,7 @@ class RoadLoadEstimates:
 
     def _load_at(self, temperature: float) -> RoadLoad:
         """The road load in the air of the test, with the accepted effects evaluated at a temperature (K)."""
-        solution, at = self.fit.solution, {**self.fit.at, "air_density": _air_density(self.fit)}
+        solution, at = self.fit.solution, {**self.fit.at, "air_density": _mean_density(self.fit)}
         std = dict(zip(solution.names, np.sqrt(np.diag(solution.covariance)).tolist(), strict=True))
         lasting = lasting_force([e for e in self.effects if adds_resistance(e)], at, std, self.fit.speeds, temperature)
         degrees = [solution.degrees[n] for n in solution.names if n in MAIN]
@@ -177,12 +177,12 @@ def changing_drag(estimates: RoadLoadEstimates) -> DragOverSpeed | None:
     fit = estimates.fit
     if not fit.campaign.coasting or estimates.fixed or not any(adds_resistance(e) for e in estimates.effects):
         return None
-    found = drag_over_speed(estimates.load, fit.speeds, fit.at["mass"], _air_density(fit))
+    found = drag_over_speed(estimates.load, fit.speeds, fit.at["mass"], _mean_density(fit))
     half = fit.solution.half_width("drag_area")
     return found if found is not None and found.matters(fit.at["drag_area"], half) else None
 
 
-def _air_density(fit: RoadLoadFit) -> float:
+def _mean_density(fit: RoadLoadFit) -> float:
     """Mean air density of the runs, kg/m^3: a run whose temperature is stated has its own density."""
     given = fit.at["air_density"]
     return float(np.mean([given if r.air_density is None else r.air_density for r in fit.campaign.runs]))

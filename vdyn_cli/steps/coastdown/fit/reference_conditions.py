@@ -19,7 +19,6 @@ POUND_FORCE = 4.4482216152605  # N, exact (international pound, standard gravity
 MILE_PER_HOUR = 0.44704  # m/s, exact
 KILOMETER_PER_HOUR = 3.6  # per m/s
 ROLLING_BY_TEMPERATURE = 8.6e-3  # 1/K, K0 of the coast-down standards
-DRY_AIR = 287.055  # J/(kg K)
 
 DYNO_KEYS = ("F0_N", "F1_N_per_kmh", "F2_N_per_kmh2")
 EPA_KEYS = ("A_lbf", "B_lbf_per_mph", "C_lbf_per_mph2")
@@ -116,18 +115,6 @@ class Conditions:
     temperature: float
     air_density: float
     mass: float
-
-
-def density_of(temperature: float, pressure: float) -> float:
-    """Density of dry air, kg/m^3.
-
-    rho = p / (R T), R = 287.055 J/(kg K) (ideal gas).
-
-    Parameters
-    ----------
-    temperature : K. pressure : Pa.
-    """
-    return pressure / (DRY_AIR * temperature)
 
 
 def corrected_load(load: RoadLoad, test: Conditions, reference: Conditions) -> RoadLoad:
