@@ -14,6 +14,7 @@ from vdyn_cli.steps.validate.drives.stated_motion import StatedMotion
 MASS, RADIUS, STEP = 1700.0, 0.32, 0.05  # kg, m, s
 STATED = StatedMotion(1.0 / (RADIUS * MASS), -160.0 / MASS, -0.9 / MASS)
 GEARS = ((0.0, 1.0), (30.0, 0.62), (55.0, 0.45), (95.0, 0.62), (120.0, 1.0))  # s, ratio from then on
+OFTEN = tuple((13.0 * k, (1.0, 0.62, 0.45, 0.62)[k % 4]) for k in range(13))
 Driven = tuple[Array, dict[str, Array], Array]
 
 
@@ -62,13 +63,20 @@ def test_gears_are_found_and_all_but_the_stated_one_are_left_out() -> None:
 
 def test_gears_in_one_of_several_drives_are_found_by_their_repetition() -> None:
     """Shifts disturb the acceleration at every change, but the gears return."""
-    often = tuple((13.0 * k, (1.0, 0.62, 0.45, 0.62)[k % 4]) for k in range(13))
-    time, channels, torque = drive(5, often)
+    time, channels, torque = drive(5, OFTEN)
     torque = torque * (1.0 + 0.1 * np.exp(-np.mod(time, 13.0)))  # after every shift, the clutch still slips
     changes = ratio_changes([drive(1), drive(2), (time, channels, torque)], STATED)
     assert [bool(change.spans) for change in changes] == [False, False, True]
     factors = np.array([factor for *_, factor in changes[2].spans])
     assert np.min(np.abs(factors[:, None] / (1.0, 0.62, 0.45) - 1.0), axis=1).max() < 0.08
+
+
+@pytest.mark.parametrize("seed", [20, 21])
+def test_gears_that_return_are_found_over_hills_that_are_not_logged(seed: int) -> None:
+    (change,) = ratio_changes([drive(seed, OFTEN, hills=0.004)], STATED)
+    factors = np.array([factor for *_, factor in change.spans])
+    assert factors.size > 6
+    assert np.min(np.abs(factors[:, None] / (0.62, 0.45) - 1.0), axis=1).max() < 0.06
 
 
 def test_a_gain_that_changes_in_one_drive_is_found_there() -> None:

@@ -256,23 +256,29 @@ def _search(rate: Array, torque: Array, rest: Array, law: _Law) -> tuple[list[in
 
 def _follow_torque(rate: Array, torque: Array, rest: Array, starts: list[int]) -> bool:
     """Whether the pieces differ by a factor of the torque rather than by forces of their own, such as hills."""
-    own, others = _indicators(rate.size, starts), rest[:, 1:]  # the first of the common columns is constant
-    ratios = own * torque[:, None]
-    by_ratio, by_force = _variance(rate, ratios, rest), _variance(rate, own, torque, others)
-    certain = likelihood_gain(rate.size, by_force, by_ratio) > VALIDATE_POLICY.ratio_evidence * (len(starts) - 1)
-    return certain and by_ratio < VALIDATE_POLICY.ratio_alone * _variance(rate, ratios, own, others)
+    own = _indicators(rate.size, starts)
+    return _evidence(rate, torque, rest, own, own) > VALIDATE_POLICY.ratio_evidence
 
 
 def _returns(rate: Array, torque: Array, rest: Array, starts: list[int], ratio: Array) -> bool:
     """Whether the pieces return to the same few ratios (p,), one for each level instead of one for each piece."""
     level, own = _level_of(ratio), _indicators(rate.size, starts)
     count = int(level.max()) + 1
-    if ratio.size - count < FEWEST_RETURNS:
-        return False
     same = own @ (level[:, None] == np.arange(count))
-    by_level, by_force = _variance(rate, same * torque[:, None], rest), _variance(rate, own, torque, rest[:, 1:])
-    certain = likelihood_gain(rate.size, by_force, by_level) > VALIDATE_POLICY.level_evidence * (count - 1)
-    return certain and by_level < VALIDATE_POLICY.level_alone * _variance(rate, own * torque[:, None], rest)
+    several = 1 < count <= ratio.size - FEWEST_RETURNS
+    return several and _evidence(rate, torque, rest, own, same) > VALIDATE_POLICY.level_evidence
+
+
+def _evidence(rate: Array, torque: Array, rest: Array, own: Array, same: Array) -> float:
+    """Log likelihood by which each further ratio explains more than a force in every piece.
+
+    Parameters
+    ----------
+    own : (n, p) 1 where a sample belongs to a piece. same : (n, k) likewise, to the pieces with a ratio in common.
+    """
+    by_ratio = _variance(rate, same * torque[:, None], rest)
+    by_force = _variance(rate, own, torque, rest[:, 1:])  # the first of the common columns is constant
+    return likelihood_gain(rate.size, by_force, by_ratio) / float(same.shape[1] - 1)
 
 
 def _indicators(n: int, starts: list[int]) -> Array:
