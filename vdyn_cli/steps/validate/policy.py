@@ -162,22 +162,11 @@ class ValidatePolicy:
     be a gear or a gain. Of 192 drives over unlogged hills of 2 % rms the largest was 5.9; a gain that changes by 10 %
     has 5 to 60, gears 10 to 74."""
 
-    ratio_alone: float = 1.3
-    """times the residual variance of ratios and forces together: most that the ratios alone may leave. With hills,
-    which add forces, 1.0 to 3; with a wrong gain or gears 1.0, with frequent shifts up to 1.5."""
-
     level_evidence: float = 18.0
     """[log likelihood] by which each level of the acceleration per torque must explain more than a force in every
     piece, to be a gear. In 120 drives over unlogged hills of 1 and 2 % rms the largest was 10 where the levels repeat
-    as gears do; in 60 drives with gears the median was 30."""
-
-    level_alone: float = 1.1
-    """times the residual variance of a ratio for each piece: most that one for each level may leave. With gears 0.98 to
-    1.05 in 50 of 60 drives; with hills 1.0 to 5, and more with fewer levels."""
-
-    limit_evidence: float = 18.0
-    """[log likelihood] by which a limit of the drive's power must explain more than a constant ratio. The same as
-    level_evidence, because such a limit must not be mistaken for gears."""
+    as gears do; in 60 drives with gears the median was 30. The same for a limit of the drive's power, which must not be
+    mistaken for gears."""
 
     limit_gain: float = 3.0
     """times the residual variance of a limited power: least that the unlimited torque must leave. In 360 drives over

@@ -87,7 +87,7 @@ def _limit(drives: Sequence[Driven], stated: StatedMotion) -> float | None:
     around = tried[max(best - 1, 0)], tried[min(best + 1, tried.size - 1)]
     limit = float(minimize_scalar(lambda q: fit(np.minimum(torque, q / speed))[0], bounds=around, method="bounded").x)
     variance, ratio = fit(np.minimum(torque, limit / speed))
-    certain = likelihood_gain(rate.size, without, variance) > VALIDATE_POLICY.limit_evidence
+    certain = likelihood_gain(rate.size, without, variance) > VALIDATE_POLICY.level_evidence
     clear = certain and without > VALIDATE_POLICY.limit_gain * variance
     return limit if clear and abs(ratio - 1.0) <= MAIN_SHARE else None
 
