@@ -104,7 +104,7 @@ def _segment_bands(w: WhitenedDrives, run: int) -> dict[str, PredictionBand]:
             error, s.outputs[name], slopes[:, : len(root)], own_slopes, parts[0], gusts, sensor, parts[1], slow
         )
     if "acceleration" in found and resolves_jerk(s.time[np.isfinite(s.outputs["acceleration"])]):
-        found["jerk"] = _jerk(w, run, root)
+        found["jerk"] = _jerk(w, run, found["acceleration"])
     return found
 
 
@@ -127,21 +127,17 @@ def _parameter_parts(error: Array, slopes: Array, root: Array) -> tuple[Array, A
     return _norm(slopes @ root), shares
 
 
-def _jerk(w: WhitenedDrives, run: int, root: Array) -> PredictionBand:
-    """The band of the jerk, the slope of the specific force; the same low-pass filters measured and simulated."""
-    s, outcome = w.setup.segments[run], w.setup.first[run]
-    measured = s.outputs.get("jerk")
-    force = s.outputs["acceleration"]
-    made = smooth_derivative(s.time, force) if measured is None else low_passed(s.time, measured)
-    error = smooth_derivative(s.time, outcome.values["acceleration"]) - made
-    slopes = smooth_derivative(s.time, outcome.sensitivities["acceleration"][:, : len(root)])
+def _jerk(w: WhitenedDrives, run: int, force: PredictionBand) -> PredictionBand:
+    """The band of the jerk, the slope of the specific ``force``; the same low-pass filters measured and simulated."""
+    s, jerk = w.setup.segments[run], w.setup.segments[run].outputs.get("jerk")
+    made = smooth_derivative(s.time, force.measured) if jerk is None else low_passed(s.time, jerk)
+    error = smooth_derivative(s.time, w.setup.first[run].values["acceleration"]) - made
+    slopes, own_slopes = (smooth_derivative(s.time, each) for each in (force.slopes, force.own_slopes))
     level = w.whitenings[run].layout.levels["acceleration"] * noise_gain(s.time)
     noise = np.std(smooth_derivative(s.time, w.setup.perturbed[run]["acceleration"]))
-    own, shares = _parameter_parts(error, slopes, root)
-    own_std = _own_std(w, run)
-    own_slopes = smooth_derivative(s.time, outcome.sensitivities["acceleration"][:, -own_std.size :])
-    sensor = float(np.hypot(level, noise))
-    return PredictionBand(error, made, slopes, own_slopes, own, _norm(own_slopes * own_std), sensor, shares, None)
+    own, shares = _parameter_parts(error, slopes, w.setup.prior.root)
+    gusts, sensor = _norm(own_slopes * _own_std(w, run)), float(np.hypot(level, noise))
+    return PredictionBand(error, made, slopes, own_slopes, own, gusts, sensor, shares, None)
 
 
 @dataclass(frozen=True)

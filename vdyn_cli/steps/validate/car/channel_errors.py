@@ -25,7 +25,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 from math import hypot, sqrt
 
-from vdyn_cli.effects import Effect, effect
+from vdyn_cli.effects import effect
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.quantity import Quantity
@@ -35,31 +35,25 @@ from vdyn_cli.steps.validate.noise import inertia_of
 from vdyn_cli.steps.validate.policy import VALIDATE_POLICY
 from vdyn_cli.steps.validate.road.road_slope import LATENCIES
 
-SLIP, PITCH = "slip_impulse", "body_pitch"
-
 
 @effect(
     on="speed",
-    unknowns=(Quantity(SLIP, "", "slip of the driven wheels per drive force over weight", "i", -1.0, 1.0),),
+    unknowns=(Quantity("slip_impulse", "", "slip of the driven wheels per drive force over weight", "i", -1.0, 1.0),),
     reference="impulse of the parts that turn with the driven wheels",
 )
-def _slip_impulse(speed: Law, s: Signals, q: Signals) -> Number:
+def slip_impulse(speed: Law, s: Signals, q: Signals) -> Number:
     """The car's speed without the impulse that slipping wheels have taken."""
     return speed(s) * (1.0 - q.slip_impulse * s.traction)
 
 
 @effect(
     on="acceleration",
-    unknowns=(Quantity(PITCH, "", "gravity along a pitching accelerometer per acceleration", "k", -1.0, 1.0),),
+    unknowns=(Quantity("body_pitch", "", "gravity along a pitching accelerometer per acceleration", "k", -1.0, 1.0),),
     reference="pitch gradient of a sprung body",
 )
-def _body_pitch(acceleration: Law, s: Signals, q: Signals) -> Number:
+def body_pitch(acceleration: Law, s: Signals, q: Signals) -> Number:
     """The specific force with the gravity along an accelerometer in a body that pitches as the car accelerates."""
     return acceleration(s) + q.body_pitch * s.rate_of_change
-
-
-SLIP_IMPULSE: Effect = replace(_slip_impulse, name=SLIP)
-BODY_PITCH: Effect = replace(_body_pitch, name=PITCH)
 
 
 def with_channel_errors(
@@ -81,9 +75,9 @@ def with_channel_errors(
     common = _spread(torque)  # the latency of the torque
     rows = {e: held.get(n, 0.0) for n, e in LATENCIES.items() if n in setup.sensors.channels and e.name not in covered}
     late = {e: hypot(_spread(row), common) for e, row in rows.items()}
-    known = {SLIP_IMPULSE: (slip, VALIDATE_POLICY.slip_spread * slip)} if slip > 0.0 else {}
+    known = {slip_impulse: (slip, VALIDATE_POLICY.slip_spread * slip)} if slip > 0.0 else {}
     if "acceleration" in setup.sensors.channels:
-        known[BODY_PITCH] = (0.0, VALIDATE_POLICY.body_pitch)
+        known[body_pitch] = (0.0, VALIDATE_POLICY.body_pitch)
     known |= {e: (0.0, std) for e, std in late.items()}
     unknowns = tuple(
         Unknown(

@@ -23,7 +23,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.validate.car.simulation import SimulationSetup
 from vdyn_cli.steps.validate.fit.whitening import WhitenedDrives, whiten_drives
-from vdyn_cli.steps.validate.road.road_slope import APPARENT_LAGS, DRIVE_SLOPE, MEAN_SLOPE
+from vdyn_cli.steps.validate.road.road_slope import APPARENT_LAGS, DRIVE_SLOPE, drive_slope
 
 LOAD, ZERO = "load", "accelerometer_zero"
 LAG_STD = 0.1  # s, prior standard deviation of the apparent lag of torque and speed behind the slope
@@ -109,7 +109,7 @@ def _sloping(setup: SimulationSetup, varies: BetweenDriveSpread) -> SimulationSe
     if varies.slope <= 0:
         return replace(setup, added=added)
     slope = Unknown(DRIVE_SLOPE, 0.0, prior=(0.0, varies.slope), nuisance=True, prior_stated=False)
-    return replace(setup, added=AddedEffects((MEAN_SLOPE, *added.effects), (*added.unknowns, slope)))
+    return replace(setup, added=AddedEffects((drive_slope, *added.effects), (*added.unknowns, slope)))
 
 
 def drives_of(setup: SimulationSetup) -> tuple[tuple[str, ...], tuple[tuple[int, ...], ...]]:

@@ -18,7 +18,7 @@ with z their mean weighted by distance: all drives together end at the height at
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -103,7 +103,7 @@ def _once(along: Array, values: Array) -> tuple[Array, Array]:
     unknowns=(Quantity(DRIVE_SLOPE, "", "mean slope of a whole drive", "i", -0.03, 0.03),),
     reference="assumed: mean slope of zero over all roads",
 )
-def _drive_slope(grade: Law, s: Signals, q: Signals) -> Number:
+def drive_slope(grade: Law, s: Signals, q: Signals) -> Number:
     """The grade plus the mean slope of the drive, which the estimated zero of the accelerometer has absorbed."""
     return grade(s) + q.drive_slope
 
@@ -122,7 +122,6 @@ def _lag(name: str, channel: str, on: str | tuple[str, ...], sign: float) -> Eff
     )
 
 
-MEAN_SLOPE: Effect = replace(_drive_slope, name=DRIVE_SLOPE)
 SPEED_LAG = _lag("speed_timing", "speed", ("speed_clock", "acceleration_clock"), -1.0)  # the car lags, not a sensor
 APPARENT_LAGS = (_lag("torque_timing", "torque", "drive_torque_lead", 1.0), SPEED_LAG)
 LATENCIES = {n: _lag(f"{n}_latency", n, f"{n}_clock", -1.0) for n in ("speed", "acceleration")}
