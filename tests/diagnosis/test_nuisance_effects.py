@@ -14,20 +14,31 @@ from vdyn_cli.diagnosis.detect.detection import detect
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name import nuisance_effects
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
-from vdyn_cli.diagnosis.name.nuisance_effects import _changes_main_channel, _expected, with_nuisance_effects
+from vdyn_cli.diagnosis.name.nuisance_effects import _changes_main_channel, _usual, with_nuisance_effects
 from vdyn_cli.diagnosis.size.finding_size import FindingSize, Limits, finding_size
 from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 from vdyn_cli.inference import Unknown
 
 
-@pytest.mark.parametrize(("value", "most"), [(0.05, 0.1), (-0.02, 0.1), (0.12, 0.1), (0.14, 0.0), (-0.04, 0.0)])
-def test_an_error_within_three_standard_errors_of_the_expected_range_is_expected(value: float, most: float) -> None:
-    late = Unknown("latency", 0.0, nuisance=True, expected=(0.0, 0.1))
+@pytest.mark.parametrize(
+    ("value", "better", "stated", "most"),
+    [
+        *((value, False, False, 0.098) for value in (0.08, -0.08, 0.12)),  # three standard errors are 0.03
+        *((0.08, True, False, 0.0), (0.08, False, True, 0.0), (0.14, False, False, 0.0)),
+    ],
+)
+def test_a_latency_within_its_prior_is_usual_unless_held_out_runs_show_it(
+    monkeypatch: pytest.MonkeyPatch, value: float, better: bool, stated: bool, most: float
+) -> None:
+    late = Unknown("latency", 0.0, prior=(0.0, 0.05), nuisance=True)
     model: Any = SimpleNamespace(
         by_name={"delay": SimpleNamespace(covers=("latency",))}, regression=SimpleNamespace(shared=(late,))
     )
     without: Any = SimpleNamespace(solution=SimpleNamespace(values={"latency": value}, std={"latency": 0.01}))
-    assert _expected(model, cast(Any, SimpleNamespace(effects=("delay",))), without) == most
+    one: Any = SimpleNamespace(effects=("delay",), fitted=None)
+    monkeypatch.setattr(nuisance_effects, "held_out_gain", lambda *_: SimpleNamespace(better=better))
+    found = _usual(cast(Any, SimpleNamespace(model=model)), one, without, Limits(stated=stated))
+    assert found == pytest.approx(most, abs=1e-3)
 
 
 def test_a_delay_of_another_channel_leaves_the_main_channel_as_it_is() -> None:
@@ -117,5 +128,6 @@ def test_channels_that_seem_early_show_one_that_is_late() -> None:
     early: Any = [model(None, ("slope",)), model(None, ("step",))]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(nuisance_effects, "candidate_model", model)
+        patch.setattr(nuisance_effects, "_exact", lambda _, one: one)
         found = nuisance_effects._later_than_each(strategy, cast(Any, SimpleNamespace(effects=())), early)
     assert [m.effects for m in found] == [("slope", "step")]

@@ -41,8 +41,7 @@ class NuisanceError:
     Parameters
     ----------
     model : the candidate model with the error as its last effect.
-    expected : the largest size that is expected of the logger, such as one row of a log with held values; 0 where the
-        error does not matter.
+    expected : the largest size that every logger may have; 0 where the error does not matter.
     """
 
     model: CandidateModel

@@ -92,8 +92,8 @@ def with_undetected_bias(diagnosis: Diagnosis, published: Mapping[str, Estimate]
 def _nuisance(nuisance: NuisanceError, effects: Mapping[str, Effect], amplitudes: Mapping[str, Estimate]) -> str:
     """The sentence on a sensor error that the baseline contains."""
     label, late = _with_amplitude(effects[nuisance.model.effects[-1]], amplitudes), two_digits(nuisance.expected)
-    expected = f": values that the logger holds may be up to {late} s (one row) late"
-    return f" {capitalized(label)} is part of the fit{expected if nuisance.expected else ' and does not matter'}."
+    usual = f": channels of a logger may differ by up to {late} s, which the fit corrects"
+    return f" {capitalized(label)} is part of the fit{usual if nuisance.expected else ' and does not matter'}."
 
 
 def _amount(smallest: Detectable) -> str:

@@ -28,7 +28,6 @@ class Unknown:
     per_run : every run has its own value.
     nuisance : a nuisance parameter: not reported, and ignored in the choice of the independent units.
     physical : the range of an answer of the diagnosis, in which ``lower`` and ``upper`` are relaxed; None: these two.
-    expected : the range in which the value of a nuisance parameter is no finding; None: only its prior mean.
     """
 
     name: str
@@ -43,7 +42,6 @@ class Unknown:
     prior_degrees: float = np.inf
     prior_stated: bool = True
     physical: tuple[float, float] | None = None
-    expected: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,8 @@
 A nuisance parameter with a prior stands for the effects that cover it (``Effect.covers``), so that these are not
 mistaken for others. Predictions at prior values keep it at its prior mean. If its estimate changes them by more than
 the limit, the effects are named, alone or beside the answer; else a note states them. A note also states an estimate
-within the range that is expected of the logger (``Unknown.expected``).
+within the 95 % interval of its prior, as every logger may have it, unless it certainly improves the prediction of
+held-out runs: the fit corrects it.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.size.finding_size import Limits, finding_size
 from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
+from vdyn_cli.quantities.constants import NORMAL95
 
 
 def with_nuisance_effects(strategy: Strategy, judgment: Judgment, limits: Limits) -> Judgment:
@@ -42,16 +44,11 @@ def with_nuisance_effects(strategy: Strategy, judgment: Judgment, limits: Limits
         return with_nuisance_effects(strategy, without, limits)
     if several:
         return judgment
-    if (most := _expected(strategy.model, best, fitted)) > 0.0:
-        by_name = strategy.model.by_name  # the note tells of the held channel: its delay covers the fewest parameters
-        kept = min(
-            answers,
-            key=lambda t: (_amplitude(strategy.model, t)[0] < 0.0, len(by_name[t.effects[-1]].covers), t.cost),
-        )
-        return replace(judgment, nuisance=NuisanceError(kept, most))
     # The error need not matter more than the least of the answers that these data cannot discriminate does.
     size = min((finding_size(strategy, fitted, one.fitted) for one in answers), key=lambda one: one.change)
     matters = size.plain and size.change > limits.output
+    if matters and (most := _usual(strategy, best, fitted, limits)) > 0.0:
+        return replace(judgment, nuisance=NuisanceError(best, most))
     if matters and not judgment.answers:
         chance = erfc(max(_deviation(strategy.model, t) for t in tried) / sqrt(2.0))
         return _named_alone(replace(judgment, tried=(*judgment.tried, *tried), size=size), answers, chance)
@@ -78,7 +75,7 @@ def _named_beside_each(strategy: Strategy, judgment: Judgment, limits: Limits) -
         return judgment
     _, best = _likeliest(strategy, tried)
     size = finding_size(strategy, first, best.fitted)
-    if _expected(strategy.model, best, first) > 0.0 or not (size.plain and size.change > limits.output):
+    if not (size.plain and size.change > limits.output) or _usual(strategy, best, first, limits) > 0.0:
         return judgment
     errors = best.effects[len(first.effects) :]
     each = [candidate_model(strategy, (*a.effects, *errors)) for a in judgment.answers]
@@ -131,13 +128,15 @@ def _covering(strategy: Strategy, fitted: FittedModel) -> list[CandidateModel]:
         if e.sensor and nuisances & set(e.covers) and _changes_main_channel(model, fitted, e.name)
     ]
     models = [candidate_model(strategy, (*fitted.effects, n)) for n in names if n not in fitted.effects]
-    likely = [m for m in models if m is not None and _deviation(model, m) > POLICY.needed_t]
+    likely = [_exact(strategy, m) for m in models if m is not None and _deviation(model, m) > POLICY.needed_t]
     if likely and _amplitude(model, min(likely, key=lambda m: m.cost))[0] < 0.0:
         likely += _later_than_each(strategy, fitted, likely)
-    # Each about its own fit: a torque that steps is far from linear in a delay, and the baseline has none of it.
-    solutions = [strategy.relinearized(m.fitted).solution for m in likely]
-    exact = [replace(m, fitted=replace(m.fitted, solution=s)) for m, s in zip(likely, solutions, strict=True)]
-    return [m for m in exact if not may_be_zero(model, m.fitted)]
+    return [m for m in likely if not may_be_zero(model, m.fitted)]
+
+
+def _exact(strategy: Strategy, one: CandidateModel) -> CandidateModel:
+    """A model about its own fit: a torque that steps is far from linear in a delay, and the baseline has none of it."""
+    return replace(one, fitted=replace(one.fitted, solution=strategy.relinearized(one.fitted).solution))
 
 
 def _later_than_each(strategy: Strategy, fitted: FittedModel, early: Sequence[CandidateModel]) -> list[CandidateModel]:
@@ -151,7 +150,8 @@ def _later_than_each(strategy: Strategy, fitted: FittedModel, early: Sequence[Ca
     for wide in {m.effects[-1] for m in early if _amplitude(model, m)[0] > 0.0}:
         covers = set(model.by_name[wide].covers)
         for other in (e for e in model.setup.effects if e.sensor and e.covers and set(e.covers) < covers):
-            both = candidate_model(strategy, (*fitted.effects, other.name, wide))
+            linear = candidate_model(strategy, (*fitted.effects, other.name, wide))
+            both = _exact(strategy, linear) if linear else None
             values = both.fitted.solution.values if both else {}
             late = all(values.get(model.amplitudes(e)[0], 0.0) > 0.0 for e in (other.name, wide))
             if both and late and _deviation(model, both) > POLICY.needed_t:
@@ -166,8 +166,18 @@ def _changes_main_channel(model: FullModel, fitted: FittedModel, effect: str) ->
     return any(r.plain is None or bool(r.plain[1][:, columns].any()) for r in fitted.runs.rows)
 
 
-def _expected(model: FullModel, one: CandidateModel, without: FittedModel) -> float:
-    """The largest expected size of the nuisance parameters that the last effect covers; 0 if one lies beyond its range.
+def _usual(strategy: Strategy, one: CandidateModel, without: FittedModel, limits: Limits) -> float:
+    """The largest size of an error that every logger may have; 0 if its estimate lies beyond, or is a finding.
+
+    It is a finding if the description states what matters, or if held-out runs are certainly predicted better.
+    """
+    most = 0.0 if limits.stated else _within_prior(strategy.model, one, without)
+    gain = held_out_gain(strategy, without, one.fitted) if most > 0.0 else None
+    return 0.0 if gain is not None and gain.better else most
+
+
+def _within_prior(model: FullModel, one: CandidateModel, without: FittedModel) -> float:
+    """The largest size in the 95 % priors of the parameters that the last effect covers; 0 if one lies beyond its own.
 
     The estimates are those of the fit ``without`` the effect, and lie beyond where chance does not explain it.
     """
@@ -175,11 +185,10 @@ def _expected(model: FullModel, one: CandidateModel, without: FittedModel) -> fl
     most = 0.0
     for u in model.regression.shared:
         if u.name in covers and u.name in solution.values:
-            low, high = u.expected or (0.0, 0.0)
-            value, std = solution.values[u.name], solution.std[u.name]
-            if max(low - value, value - high) > POLICY.needed_t * std:
+            mean, spread = u.prior or (0.0, 0.0)
+            if abs(solution.values[u.name] - mean) - NORMAL95 * spread > POLICY.needed_t * solution.std[u.name]:
                 return 0.0
-            most = max(most, -low, high)
+            most = max(most, abs(mean) + NORMAL95 * spread)
     return most
 
 

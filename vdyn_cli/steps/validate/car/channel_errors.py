@@ -16,7 +16,7 @@ be determined by the noise of the logged torque.
 
 A value that the logger holds was sampled anywhere in the row h before it appears. It is then late by 0 to h, evenly
 distributed, with the mean square h^2/3, beside the latency of the sensor. The prior has the mean zero of an exporter
-that repeats samples of its rows; a latency between -h of the torque and h of the channel is expected.
+that repeats samples of its rows.
 """
 
 from __future__ import annotations
@@ -85,7 +85,6 @@ def with_channel_errors(
             nuisance=True,
             prior_stated=False,
             prior_correlation={o.name: common**2 / (std * late[o]) for o in late if o is not e} if e in late else {},
-            expected=(-torque, rows[e]) if e in late else None,
         )
         for e, (mean, std) in known.items()
     )
