@@ -15,6 +15,7 @@ from vdyn_cli.project.inputs import gather
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import load_step
 from vdyn_cli.steps.validate.preparation import prepare
+from vdyn_cli.steps.validate.road.slope_evidence import shown_lag
 from vdyn_cli.steps.validate.tables import window_table
 from vdyn_cli.steps.validate.text import windows_sentence
 from vdyn_cli.steps.validate.window_ends import WindowEnds
@@ -206,6 +207,16 @@ def test_an_elevation_without_a_lag_keeps_its_place(tmp_path: Path) -> None:
     problem = prepare(read.spec, read.data, read.known)
     assert problem.grades
     assert not any("likeliest lag" in f.what for f in problem.findings)
+
+
+def test_one_block_of_forces_shows_no_standard_error_of_a_lag(tmp_path: Path) -> None:
+    described = dict(description(tmp_path, [drive(Truth(loss=0.0), 1, SHORT)]))
+    described |= {"settings": {"model": "road_load"}}
+    described["runs"] = [{**run, "from_time": "20 s", "to_time": "40 s"} for run in described["runs"]]
+    read = gather(load_step("validate"), written(tmp_path, described), ())
+    problem = prepare(read.spec, read.data, read.known)
+    hills = 0.02 * np.sin(problem.logs[0].time / 4.0)
+    assert shown_lag(problem.baseline, problem.logs, [hills])[1] == np.inf
 
 
 def test_nothing_is_found_on_a_level_road_without_losses(tmp_path: Path) -> None:

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from vdyn_cli.inference.bins import cut
+from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.inference.robust_fits import ordinary_least_squares
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.validate.car.simulation import SimulationSetup
 from vdyn_cli.steps.validate.drives.segments import total_drive_torque
@@ -59,7 +60,8 @@ def shown_lag(setup: SimulationSetup, logs: Sequence[Log], slopes: Sequence[Arra
     A lag T changes the slope by -T di/dt. The force that the simulation lacks, M (e' + p e) for the error e of its
     speed, is fitted by least squares with those of ``shown_slope`` and with -m g di/dt: the speed's errors accumulate,
     and would be correlated over a minute. With x what is orthogonal to the other forces in -m g di/dt, and r what the
-    fit leaves, the standard error is sqrt(sum over blocks of (x'r)^2) / x'x.
+    fit leaves, the standard error is sqrt(sum over blocks of (x'r)^2) / x'x, times the quantile of Student's t for the
+    number of blocks over that of a normal distribution; infinite with one block, whose sum the fit makes zero.
 
     Parameters
     ----------
@@ -83,8 +85,10 @@ def shown_lag(setup: SimulationSetup, logs: Sequence[Log], slopes: Sequence[Arra
     square = max(float(own @ own), 1e-300)
     lag = float(own @ without) / square
     scores = np.bincount(np.unique(block, return_inverse=True)[1].ravel(), own * (without - lag * own))
+    degrees = scores.size - 1
+    wider = ((degrees + 1) / degrees) ** 0.5 * t_quantile(degrees) / NORMAL95 if degrees > 0 else np.inf
     # Of a slope that is late, the simulation is too fast where the slope rises.
-    return -lag, float(np.linalg.norm(scores)) * (scores.size / max(scores.size - 1, 1)) ** 0.5 / square
+    return -lag, wider * max(float(np.linalg.norm(scores)), 1e-300) / square
 
 
 def _responses(
