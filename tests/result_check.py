@@ -14,13 +14,16 @@ from vdyn_cli.project.result_document import to_json
 
 
 @cache
-def _validator(topic: str) -> jsonschema.Draft202012Validator:
-    return jsonschema.Draft202012Validator(json.loads(json_schema(topic)))
+def validator(topic: str) -> jsonschema.Draft202012Validator:
+    """Of a published schema, which is itself valid."""
+    schema = json.loads(json_schema(topic))
+    jsonschema.Draft202012Validator.check_schema(schema)
+    return jsonschema.Draft202012Validator(schema)
 
 
 def check_result(document: Mapping[str, Any]) -> None:
     """Raise ``jsonschema.ValidationError`` where a written document departs from its published schema."""
-    _validator("parameters" if document.get("step") == "pipeline" else "result").validate(document)
+    validator("parameters" if document.get("step") == "pipeline" else "result").validate(document)
 
 
 def checked(write: Callable[[Mapping[str, Any]], str] = to_json) -> Callable[[Mapping[str, Any]], str]:

@@ -79,7 +79,7 @@ def test_every_step_has_a_command_an_explanation_a_schema_and_a_sample(name: str
     sample = yaml.safe_load((root / "configs" / f"{name}.yaml").read_text())
     jsonschema.validate(sample, schema)
     with pytest.raises(jsonschema.ValidationError):
-        jsonschema.validate({**sample, "unknown_key": 1}, schema)
+        jsonschema.Draft202012Validator(schema).validate({**sample, "unknown_key": 1})
 
 
 def test_the_steps_give_the_json_on_stdout_alone(vdyn_process: Run) -> None:

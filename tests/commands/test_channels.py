@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import jsonschema
 import numpy as np
 import pytest
 
 from tests.io.stored_logs import FORMATS, write
+from tests.result_check import validator
 from vdyn_cli.commands.run_channels import channels_json, channels_table
-from vdyn_cli.commands.schema import json_schema
 from vdyn_cli.quantities.errors import InputError, raise_all
 
 TIME = np.arange(3000) / 50.0
@@ -35,7 +34,7 @@ def shown(*paths: Path) -> str:
 
 def entries(path: Path) -> dict[str, dict[str, object]]:
     document = json.loads(channels_json(path))
-    jsonschema.validate(document, json.loads(json_schema("channels")))
+    validator("channels").validate(document)
     return {c["column"]: c for c in document["channels"]}
 
 

@@ -7,13 +7,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import jsonschema
 import numpy as np
 import pytest
 
+from tests.result_check import validator
 from vdyn_cli.commands.run_check import run_check
 from vdyn_cli.commands.run_step import write_step
-from vdyn_cli.commands.schema import json_schema
 from vdyn_cli.quantities.errors import InputError, ResultError, merge_lines
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -30,7 +29,7 @@ def checked(path: Path, folder: Path, code: int) -> dict[str, Any]:
     """The JSON of a check that ends with a code, after its schema."""
     assert run_check(path, (), str(folder), quiet) == code
     document: dict[str, Any] = json.loads((folder / "check.json").read_text(encoding="utf-8"))
-    jsonschema.validate(document, json.loads(json_schema("check")))
+    validator("check").validate(document)
     return document
 
 
@@ -307,7 +306,7 @@ def test_a_description_of_no_step_is_wrong_input(tmp_path: Path) -> None:
         run_check(path, (), "", quiet)
 
 
-@pytest.mark.parametrize("step", ["cg", "tire"])
+@pytest.mark.parametrize("step", [pytest.param("cg", marks=pytest.mark.slow), "tire"])
 def test_logs_of_other_steps_are_checked(step: str, tmp_path: Path) -> None:
     document = checked(ROOT / "configs" / f"{step}.yaml", tmp_path, 0)
     assert {r["verdict"] for r in document["runs"]} == {"keep"}

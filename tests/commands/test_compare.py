@@ -6,11 +6,10 @@ import json
 from pathlib import Path
 from typing import Any
 
-import jsonschema
 import pytest
 
+from tests.result_check import validator
 from vdyn_cli.commands.run_compare import run_compare
-from vdyn_cli.commands.schema import json_schema
 from vdyn_cli.quantities.errors import InputError
 
 
@@ -29,7 +28,7 @@ def compared(old: Path, new: Path) -> tuple[dict[str, Any], int]:
     files = old, new
     text, code = run_compare(*files, as_json=True)
     document = json.loads(text)
-    jsonschema.validate(document, json.loads(json_schema("comparison")))
+    validator("comparison").validate(document)
     assert document["sentence"] == run_compare(*files, as_json=False)[0].splitlines()[0]
     return document, code
 

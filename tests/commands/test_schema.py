@@ -11,7 +11,7 @@ import jsonschema
 import pytest
 import yaml
 
-from tests.result_check import check_result, checked
+from tests.result_check import check_result, checked, validator
 from vdyn_cli import steps
 from vdyn_cli.commands.schema import json_schema
 from vdyn_cli.project.execute import execute
@@ -50,7 +50,7 @@ def test_shipped_descriptions_follow_their_schema(path: Path) -> None:
     description = yaml.safe_load(path.read_text())
     topic = description.get("test", "pipeline" if "pipeline" in description else "")
     if topic:
-        jsonschema.validate(description, json.loads(json_schema(topic)))
+        validator(topic).validate(description)
     else:
         vehicle = json.loads(json_schema("coastdown"))
         jsonschema.validate(description, {**vehicle["$defs"]["Vehicle"], "$defs": vehicle["$defs"]})

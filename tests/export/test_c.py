@@ -47,7 +47,12 @@ def test_the_worked_example_compiles_without_a_warning_and_runs(tmp_path):
 
 @pytest.mark.parametrize(
     ("driven", "differential", "speed"),
-    [("front", "open", 0.0), ("rear", "open", 0.0), ("both", "open", 11.0), ("front", "locked", 0.0)],
+    [
+        ("front", "open", 0.0),
+        pytest.param("rear", "open", 0.0, marks=pytest.mark.slow),
+        ("both", "open", 11.0),
+        ("front", "locked", 0.0),
+    ],
 )
 def test_c_has_the_bits_of_python_through_standstill_and_braking(tmp_path, driven, differential, speed):
     car = exported_vehicle(given(tmp_path), driven, differential)

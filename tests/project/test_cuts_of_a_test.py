@@ -23,8 +23,8 @@ from vdyn_cli.steps import load_step
 SPLIT = (("20 s", "25 s"), ("29 s", "30 s"))
 
 
-def frozen_sweep(root: Path, folder: Path, **keys: object) -> Path:
-    """The tire sample with one log whose vehicle speed is frozen for two seconds."""
+def frozen_sweep(root: Path, folder: Path, runs: int = 5, **keys: object) -> Path:
+    """The first runs of the tire sample with one log whose vehicle speed is frozen for two seconds."""
     lines = (root / "sample_logs" / "slip_1.csv").read_text(encoding="utf-8").splitlines()
     rows = [line.split(",") for line in lines]
     for row in rows[301:501]:
@@ -32,7 +32,7 @@ def frozen_sweep(root: Path, folder: Path, **keys: object) -> Path:
     (folder / "frozen.csv").write_text("\n".join(",".join(row) for row in rows) + "\n", encoding="utf-8")
     path = described(folder, root, "tire")
     description = yaml.safe_load(path.read_text(encoding="utf-8"))
-    description["runs"][0] = {"log": "frozen.csv", **keys}
+    description["runs"] = [{"log": "frozen.csv", **keys}, *description["runs"][1:runs]]
     path.write_text(yaml.safe_dump(description), encoding="utf-8")
     return path
 
@@ -55,7 +55,7 @@ def test_the_ledger_says_what_was_cut_and_what_that_changed(root: Path, tmp_path
 
 def test_the_description_vetoes_pins_and_names_wrong_segments(root: Path, tmp_path: Path) -> None:
     def read(**keys: object) -> Inputs:
-        return gather(load_step("tire"), frozen_sweep(root, tmp_path, **keys))
+        return gather(load_step("tire"), frozen_sweep(root, tmp_path, 1, **keys))
 
     assert np.isnan(read().logs[0]["vehicle_speed"]).sum() == pytest.approx(200, abs=1)
     for keys in ({"cuts": "none"}, {"keep": [{"channel": "vehicle_speed", "from": "2 s", "to": "6 s"}]}):

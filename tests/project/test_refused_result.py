@@ -5,15 +5,14 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import jsonschema
 import pytest
 import yaml
 
 from tests.bench import cases
 from tests.plant.vehicle import random_vehicle
+from tests.result_check import validator
 from vdyn_cli.commands.run_pipeline import run_pipeline
 from vdyn_cli.commands.run_step import print_step, run_step
-from vdyn_cli.commands.schema import json_schema
 from vdyn_cli.project.execute import RefusedResultError, execute
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.parameter_json import read_document
@@ -25,7 +24,7 @@ GAIN = -0.05  # of the hub torque: the moment balance then leaves a negative ine
 def gained(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Drives of a wheel whose torque reads 5 % low; gain and radius are collinear; neither may be added."""
     path = cases.wheel_drives(random_vehicle(5), 5, tmp_path_factory.mktemp("gain"), {"hub_torque_gain": GAIN})
-    few = "diagnose: {effects: [hub_torque_gain, wheel_radius, clock_offset], extend: never}\n"
+    few = "diagnose: {effects: [hub_torque_gain, wheel_radius], extend: never}\n"
     path.write_text(path.read_text(encoding="utf-8") + few, encoding="utf-8")
     return path
 
@@ -58,7 +57,7 @@ def test_the_effect_makes_the_result_publishable(gained: Path) -> None:
 def test_a_refused_result_has_no_parameters_and_all_the_rest(refused: tuple[Path, RefusedResultError]) -> None:
     folder, error = refused
     document = json.loads((folder / "inertia.json").read_text(encoding="utf-8"))
-    jsonschema.validate(document, json.loads(json_schema("result")))
+    validator("result").validate(document)
     assert document["parameters"] == {}
     assert "negative inertia" in document["refused"][0]["what"]
     assert {"hub_torque_gain", "wheel_radius"} <= set(document["diagnosis"]["ambiguous"][0])

@@ -33,7 +33,7 @@ CLOSE = {
 STOP = {"speed": 0.15, "wheel_speed_fl": 0.3, "acceleration": 1.0}
 
 
-@pytest.fixture(scope="module", params=[3, 5])
+@pytest.fixture(scope="module", params=[3, pytest.param(5, marks=pytest.mark.slow)])
 def departures(request: pytest.FixtureRequest) -> tuple[Array, dict[str, Array], float]:
     car = random_vehicle(request.param)
     plan = plant.pedals(car, request.param)[2]

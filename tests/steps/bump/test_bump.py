@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
@@ -179,11 +180,17 @@ def test_a_measured_profile_is_read_from_its_file(tmp_path: Path) -> None:
     assert not missed(STEP.estimate(inputs.spec, inputs.data, inputs.known))
 
 
+@cache
+def files(road: Bump | None) -> tuple[bytes, ...]:
+    """The logs of a campaign over a road, or over the usual one."""
+    return tuple(csv_bytes(record) for record in plant.campaign(VEHICLE, SEED, bump=road))
+
+
 def described(folder: Path, bump: dict[str, object], road: Bump | None = None) -> Path:
     """Logs and a description on disk."""
     entries = []
-    for k, record in enumerate(plant.campaign(VEHICLE, SEED, bump=road)):
-        (folder / f"bump_{k}.csv").write_bytes(csv_bytes(record))
+    for k, text in enumerate(files(road)):
+        (folder / f"bump_{k}.csv").write_bytes(text)
         entries.append({"log": f"bump_{k}.csv"})
     units = dict(zip(("front_load", "rear_load", "speed", *BODY), ("N", "N", "km/h", "m/s^2", "deg/s"), strict=True))
     channels = {n: {"column": c, "unit": units[n]} for n, c in zip(units, plant.SENSORS, strict=True)}

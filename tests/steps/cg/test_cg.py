@@ -155,7 +155,7 @@ def test_an_inertia_that_a_wrong_clock_drives_to_its_bound_stays_free() -> None:
     assert problem.derived({"cg_to_rear": 1.0})["cg_to_front"] == pytest.approx(vehicle.wheelbase - 1.0)
 
 
-@pytest.mark.parametrize("below", [0.0, 0.4])
+@pytest.mark.parametrize("below", [pytest.param(0.0, marks=pytest.mark.slow), 0.4])
 def test_the_interval_of_the_height_includes_the_pitch_axis(below: float) -> None:
     """With the axis held at the center of gravity, an axis 0.4 m below made the height 2 % too high."""
     vehicle = random_vehicle(3)

@@ -70,7 +70,7 @@ def test_a_third_term_is_found_where_it_is_asked_for() -> None:
     assert result.parameters["road_load_f1"].source == "coastdown"
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_any_drive_with_known_torque_will_do(seed: int) -> None:
     vehicle = random_vehicle(seed)
     result = solve_day(vehicle, seed, coast.POWERED, channels=("speed", "drive_torque"))

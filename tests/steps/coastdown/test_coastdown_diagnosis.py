@@ -229,7 +229,7 @@ def test_what_stood_still_may_be_cut_out(tmp_path: Path) -> None:
     assert not any(f["fault"] for f in made["findings"])
 
 
-@pytest.mark.parametrize("runs", [1, 2])
+@pytest.mark.parametrize("runs", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_too_few_are_never_given_a_name(runs: int, tmp_path: Path) -> None:
     told = document(described(tmp_path, {"headwind": 2.0}, EIGHT.but(runs=runs)))["diagnosis"]
     assert told["verdict"] == "not_testable"
