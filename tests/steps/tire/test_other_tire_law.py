@@ -76,6 +76,21 @@ def test_a_free_form_with_a_shape_factor_at_its_bound_holds_c(monkeypatch: pytes
         list(tire_problem._free_forms(replace(bare, prior={"tire_C": (1.5, 0.1)})))  # a stated one stays free
 
 
+def test_sweeps_whose_shape_runs_to_a_bound_determine_the_slope() -> None:
+    """A wet stretch of road drives C to its bound: the slope is published, and a note says why the shape is not."""
+    logs = []
+    for log in sweeps(0.25, law=lambda slip: np.sin(1.4 * np.arctan(12.0 * slip))):
+        wet = (log.time > 1.5) & (log.time < 3.5)
+        logs.append(log.with_channels(force_x=np.where(wet, 0.5, 1.0) * log["force_x"]))
+    problem = prepare(SPEC, logs, Parameters())
+    result = problem.publish()
+    ((name, slope),) = result.parameters.items()
+    assert name == "tire_longitudinal_stiffness"
+    assert slope.interval95[0] < 1.4 * 12.0 < slope.interval95[1]
+    assert result.findings[-1].what == "tire_C lies at its upper bound"
+    assert problem.derived({})[name] == pytest.approx(slope.value)
+
+
 @pytest.mark.slow  # two diagnoses
 @pytest.mark.thorough  # 10 s
 def test_a_tire_of_another_law_without_an_error_is_adequate() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -76,18 +77,16 @@ def fitted_curve(fit: TireCurveProblem) -> FittedCurve:
     ------
     ResultError : the sweeps do not determine the slope at zero slip.
     """
-    try:
+    with suppress(ResultError):  # the shape beyond the slope is not determined
         solution, *others = fit.minima()
         peak = peak_slip(*(solution.values[n] for n in ("tire_B", "tire_C", "tire_E")))
         if peak < fit.reach or set(SHAPES) <= set(fit.prior):
             return FittedCurve(fit, solution, peak, tuple(others))
-    except ResultError:
-        pass  # the shape beyond the slope is not determined
     fit = replace(fit, prior={**CAR_TIRES, **fit.prior})
     try:
         return FittedCurve(fit, fit.minima()[0], None)
     except ResultError:
-        fit = replace(fit, scale=_misfit(fit))
+        fit = replace(fit, scale=shape_held(fit).fit.scale)
         return FittedCurve(fit, fit.minima()[0], None)
 
 
@@ -111,12 +110,17 @@ def explains_more(free: FittedCurve, formula: FittedCurve, level: float) -> bool
     return float(fdtrc(more, spare, (before - left) / more / (left / spare))) < level
 
 
-def _misfit(fit: TireCurveProblem) -> float:
-    """Ratio of residual to noise, at least 1, of the curve with shape factors fixed at the means of their priors.
+def shape_held(fit: TireCurveProblem) -> FittedCurve:
+    """The slope at zero slip of a curve with shape factors fixed at the means of their priors, or of car tires.
+
+    For sweeps that no fit of the shape follows: ``scale`` is their ratio of residual to noise, at least 1.
 
     Raises
     ------
     ResultError : the sweeps do not determine slope and height of that curve either.
     """
-    exact = {n: (mean, EXACT * std) for n, (mean, std) in fit.prior.items() if n in CAR_TIRES}
-    return max(rms(*replace(fit, prior={**fit.prior, **exact}).minima()[0].residuals), 1.0)
+    priors = {**CAR_TIRES, **fit.prior}
+    exact = {n: (mean, EXACT * std) for n, (mean, std) in priors.items() if n in CAR_TIRES}
+    held = replace(fit, prior={**priors, **exact})
+    held = replace(held, scale=max(rms(*held.minima()[0].residuals), 1.0))
+    return FittedCurve(held, held.minima()[0], None)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -25,7 +25,7 @@ from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.tire import text
 from vdyn_cli.steps.tire.binned_sweep import binned_sweep
-from vdyn_cli.steps.tire.fitted_curve import FittedCurve, explains_more, fitted_curve
+from vdyn_cli.steps.tire.fitted_curve import FittedCurve, explains_more, fitted_curve, shape_held
 from vdyn_cli.steps.tire.parts import tire_parts
 from vdyn_cli.steps.tire.policy import TIRE_POLICY
 from vdyn_cli.steps.tire.result import STIFFNESS, tire_result
@@ -84,9 +84,16 @@ class TireProblem(SimulatedProblem):
         return self if self.formula else replace(self, fit=departing(self.fit, DEPARTURE), formula=self.fit)
 
     @cached_property
-    def baseline(self) -> FittedCurve:
-        """The curve without effects."""
-        return fitted_curve(self.fit)
+    def baseline(self) -> FittedCurve | ResultError:
+        """The curve without effects, or why the sweeps do not determine one."""
+        try:
+            return fitted_curve(self.fit)
+        except ResultError as error:
+            return error
+
+    @cached_property
+    def _slope_curve(self) -> FittedCurve:
+        return self.baseline if isinstance(self.baseline, FittedCurve) else shape_held(self.fit)
 
     def regression(self, added: AddedEffects = NO_EFFECTS, start: Mapping[str, float] = NO_VALUES) -> Regression:
         """The regression over all bins of all sweeps, with effects on the curve.
@@ -94,9 +101,10 @@ class TireProblem(SimulatedProblem):
         Slips are projected onto the curve of the fit with all effects except profiles, also where that is refused, such
         as with an unknown at its bound; without a fit, onto the curve without effects.
         """
-        try:
-            prior, values = self.baseline.fit.prior, self.baseline.solution.values
-        except ResultError:  # the diagnosis starts from the curve with the most likely effect, or a typical tire
+        base = self.baseline
+        if isinstance(base, FittedCurve):
+            prior, values = base.fit.prior, base.solution.values
+        else:  # the diagnosis starts from the curve with the most likely effect, or a typical tire
             prior = {**CAR_TIRES, **self.fit.prior}
             laws = tuple(e for e in added.effects if is_law(e))
             if laws not in self.likely:
@@ -115,7 +123,7 @@ class TireProblem(SimulatedProblem):
 
     def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """B C D, the slope of friction at zero slip."""
-        at = values if set(SHAPE) <= set(values) else {**self.baseline.solution.values, **values}
+        at = values if set(SHAPE) <= set(values) else {**self._slope_curve.solution.values, **values}
         return {STIFFNESS: at["tire_B"] * at["tire_C"] * at["tire_D"]}
 
     def publish(self, added: AddedEffects = NO_EFFECTS) -> Result:
@@ -138,18 +146,20 @@ class TireProblem(SimulatedProblem):
     def _fitted(self, added: AddedEffects) -> Result:
         if self.formula is not None or added.effects:
             return self._shown(fitted_curve(replace(self.formula or self.fit, added=added)))
-        try:
-            result = self._shown(self.baseline)
-        except ResultError as error:
+
+        def shown(end: Solution) -> Result:
             fit = replace(self.fit, prior={**CAR_TIRES, **self.fit.prior})
+            return tire_result(FittedCurve(fit, end, None), self.fit.prior, self.logs)
 
-            def shown(end: Solution) -> Result:
-                return tire_result(FittedCurve(fit, end, None), self.fit.prior, self.logs)
-
-            raise unpublished(error, shown, (*self._odd_sweep(), *error.findings)) from None
-        if self.baseline.fit.scale > 1.0 and (odd := self._odd_sweep()):
-            raise UnpublishedError(odd, result)
-        return result
+        why = self.baseline.findings if isinstance(self.baseline, ResultError) else ()
+        try:
+            curve = self._slope_curve
+            result = tire_result(curve, self.fit.prior, self.logs) if why else self._shown(curve)
+        except ResultError as error:
+            raise unpublished(error, shown, (*self._odd_sweep(), *why)) from None
+        if curve.fit.scale > 1.0 and (odd := self._odd_sweep()):
+            raise UnpublishedError((*odd, *why), result)
+        return replace(result, findings=(*result.findings, *why))
 
     def _shown(self, formula: FittedCurve) -> Result:
         """The result of a fit of the magic formula, or of a free form that explains the sweeps significantly better.
@@ -158,7 +168,7 @@ class TireProblem(SimulatedProblem):
         warning says why it cannot be fitted, where the sweeps end before the peak or contradict the formula.
         """
         open_end = formula.peak is None and formula.fit.scale == 1.0
-        prior = (self.formula or self.fit).prior
+        prior, failed = (self.formula or self.fit).prior, ""
         try:
             forms = _free_forms(replace(formula.fit, prior=prior, scale=1.0, begin=formula.solution.values))
             curve = next(forms)
@@ -167,12 +177,11 @@ class TireProblem(SimulatedProblem):
         except ResultError as error:
             if self.formula is not None:
                 raise
-            result = tire_result(formula, prior, self.logs)
-            if not (open_end or result.fit.misfit):
-                return result
-            warnings = (*result.fit.warnings, text.no_free_form(error.findings[0].reason))
-            return replace(result, fit=replace(result.fit, warnings=warnings))
-        return tire_result(formula, prior, self.logs)
+            failed = error.findings[0].reason
+        result = tire_result(formula, prior, self.logs)
+        if not (failed and (open_end or result.fit.misfit)):
+            return result
+        return replace(result, fit=replace(result.fit, warnings=(*result.fit.warnings, text.no_free_form(failed))))
 
     def _odd_sweep(self) -> tuple[Finding, ...]:
         """A finding on the sweep without which the others determine a curve, if there is exactly one."""
@@ -216,29 +225,20 @@ def _free_forms(bare: TireCurveProblem) -> Iterator[FittedCurve]:
 
     Raises
     ------
-    ResultError : both fail.
+    ResultError : all four fail.
     """
     failed: list[ResultError] = []
     first = {**bare.first_values, **(bare.begin or NO_VALUES)}["tire_C"]
     held = replace(bare, prior={"tire_C": (first, HELD), **bare.prior})
     for terms in (FEW_TERMS, DEPARTURE):
-        try:
-            yield _first_fit(departing(one, terms) for one in (bare, held))
-        except ResultError as error:
-            failed.append(error)
-    if len(failed) > 1:
+        for one in (bare, held):
+            try:
+                yield fitted_curve(departing(one, terms))
+                break
+            except ResultError as error:
+                failed.append(error)
+    if len(failed) == 4:
         raise failed[0]
-
-
-def _first_fit(fits: Iterable[TireCurveProblem]) -> FittedCurve:
-    """The first curve that can be fitted; raises the ResultError of the first if none can."""
-    failed: list[ResultError] = []
-    for fit in fits:
-        try:
-            return fitted_curve(fit)
-        except ResultError as error:
-            failed.append(error)
-    raise failed[0]
 
 
 def prepare(spec: TireSpec, logs: Sequence[Log], known: Parameters) -> TireProblem:
@@ -272,8 +272,6 @@ def _priors(spec: TireSpec, known: Parameters) -> dict[str, tuple[float, float]]
 
     Values of parameter files are not used as priors, because they may come from the same sweeps.
     """
-    stated: dict[str, Given] = {
-        n: Given(e.value, e.std) for n, e in known.items() if n in SHAPE and e.source == "given"
-    }
+    stated = {n: Given(e.value, e.std) for n, e in known.items() if n in SHAPE and e.source == "given"}
     stated |= {str(n): given for n, given in spec.settings.priors.items()}
     return {n: (g.value, g.std or HELD * max(abs(g.value), 1.0)) for n, g in stated.items()}
