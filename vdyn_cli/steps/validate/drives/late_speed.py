@@ -66,7 +66,7 @@ def speed_delay_of(log: Log) -> float:
     left = np.array([_variance([torque[used - k], brake[used - k], square[used]], rate[used]) for k in shifts])
     best = int(np.argmin(left))
     evidence = 0.5 * used.size * STEP / LASTING * np.log(left[reach] / left[best])
-    certain = evidence > VALIDATE_POLICY.delay_evidence and left[best] < VALIDATE_POLICY.delay_rest * left[reach]
+    certain = evidence > VALIDATE_POLICY.delay_evidence
     late = abs(shifts[best]) * STEP >= VALIDATE_POLICY.least_delay and 0 < best < shifts.size - 1
     return float(shifts[best] * STEP) if certain and late else 0.0
 
