@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from math import atan, copysign, exp, pi, sin
 
 import numpy as np
@@ -109,7 +110,7 @@ def noise_free(vehicle: Vehicle, times: Array, effects: Mapping[str, float] | No
     if unknown:
         raise ValueError(f"a shaft has no effect {sorted(unknown)}")
     grid = STEP * np.arange(int(times[-1] / STEP) + 3)
-    history = _drive(vehicle, effects, len(grid))
+    history = _drive(vehicle, tuple(sorted(effects.items())), len(grid))
     found = {header: np.interp(times, grid, signal) for header, signal in zip(SENSORS, history.T, strict=True)}
     found["Shaft Torque [N m]"] += effects.get("torque_zero_drift", 0.0) * (times - times[0])
     accelerated = np.gradient(history[:, 1], STEP) * effects.get("inertia_before_shaft", 0.0)
@@ -195,9 +196,10 @@ def _pedal(t: float) -> float:
     return torque
 
 
-def _drive(vehicle: Vehicle, effects: Mapping[str, float], points: int) -> Array:
+@lru_cache(maxsize=16)
+def _drive(vehicle: Vehicle, hidden: tuple[tuple[str, float], ...], points: int) -> Array:
     """Shaft torque, speed of its inner and outer end, twist; shape (points, 4). Starts coasting at 8 m/s."""
-    v, r = vehicle, vehicle.wheel_radius
+    v, r, effects = vehicle, vehicle.wheel_radius, dict(hidden)
     spring = 1.0 / (1.0 / truth(v)["shaft_stiffness_left"] + effects.get("series_compliance", 0.0))
     damper, gap = v.shaft_damping_left + effects.get("damping", 0.0), effects.get("backlash", 0.0)
     stiffening, dry = effects.get("stiffening", 0.0), effects.get("shaft_friction", 0.0)
@@ -239,4 +241,5 @@ def _drive(vehicle: Vehicle, effects: Mapping[str, float], points: int) -> Array
         middle = tuple(a + STEP / 2 * b for a, b in zip(y, d, strict=True))
         d = rates((k + 0.5) * STEP, middle)
         y = tuple(a + STEP * b for a, b in zip(y, d, strict=True))
+    history.flags.writeable = False
     return history
