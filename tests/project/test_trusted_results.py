@@ -98,14 +98,14 @@ def test_the_fingerprint_is_that_of_the_bytes_that_were_read(
     shutil.copytree(kept, logs)
     log = logs / "slip_1.csv"
     before = sha256(log.read_bytes()).hexdigest()
-    whole_gather = inputs.gather
+    read = inputs.logged_test
 
-    def gather_then_replace(*arguments: object) -> object:
-        found = whole_gather(*arguments)  # type: ignore[arg-type]
+    def read_then_replace(*arguments: object) -> object:
+        found = read(*arguments)  # type: ignore[arg-type]
         log.write_bytes(b"another log")
         return found
 
-    monkeypatch.setattr("vdyn_cli.project.execute.gather", gather_then_replace)
+    monkeypatch.setattr("vdyn_cli.project.execute.logged_test", read_then_replace)
     record = execute("tire", day / "tire.yaml", (), None)
     assert record.provenance.inputs["../sample_logs/slip_1.csv"] == before
 
