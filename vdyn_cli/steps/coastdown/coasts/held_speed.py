@@ -36,8 +36,7 @@ def released(log: Log, smooth: Array, top: int, end: int) -> int:
     if drop <= 0.0 or smooth[top] < smooth[: top + 1].max():  # the car already coasts where it passes an upper limit
         return top
     falls, beyond = (int(np.flatnonzero(smooth[top : end + 1] <= smooth[top] - n * drop)[0]) for n in (1.0, 2.0))
-    apart = np.flatnonzero(np.abs(smooth[:top] - smooth[top]) > COASTDOWN_POLICY.held_share * drop)
-    for first in (int(apart[-1]) + 1 if apart.size else 0, top):  # after a long hold, else after an acceleration
+    for first in (_held_from(smooth, top, drop), top):  # after a long hold, else after an acceleration
         window = slice(first, top + beyond + 1)
         bins = cut(log.time[window], BIN)
         found = _breakpoint(bins.time, bins.mean(log["speed"][window]), float(log.time[top + falls]))
@@ -56,13 +55,14 @@ def held_before(time: Array, smooth: Array, top: int, start: int) -> tuple[float
     ----------
     time, smooth : (n,) s and m/s. top, start : index of the highest speed, and that at which the coast begins.
     """
-    apart = np.flatnonzero(
-        np.abs(smooth[:top] - smooth[top]) > COASTDOWN_POLICY.held_share * COASTDOWN_POLICY.held_drop
-    )
-    begin = float(time[int(apart[-1]) + 1 if apart.size else 0])
-    return (
-        (begin, float(time[start])) if start > top and time[start] - begin >= COASTDOWN_POLICY.held_shortest else None
-    )
+    begin, end = float(time[_held_from(smooth, top, COASTDOWN_POLICY.held_drop)]), float(time[start])
+    return (begin, end) if start > top and end - begin >= COASTDOWN_POLICY.held_shortest else None
+
+
+def _held_from(smooth: Array, top: int, drop: float) -> int:
+    """First index from which on the speed stays within ``held_share`` of a drop (m/s) from that at ``top``."""
+    apart = np.flatnonzero(np.abs(smooth[:top] - smooth[top]) > COASTDOWN_POLICY.held_share * drop)
+    return int(apart[-1]) + 1 if apart.size else 0
 
 
 def _breakpoint(time: Array, speed: Array, latest: float) -> float | None:
