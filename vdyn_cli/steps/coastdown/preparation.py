@@ -18,8 +18,8 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.coastdown.coasts.derived_acceleration import derived_finding
 from vdyn_cli.steps.coastdown.coasts.idle_drive import idle_finding, is_idle
-from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, coast_segment, split
-from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection, driven_windows, measured_drive, selected, usable
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, split
+from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection, measured_drive, selected, whole_segments
 from vdyn_cli.steps.coastdown.fit.campaign import AccelerometerUse, Campaign, road_of
 from vdyn_cli.steps.coastdown.fit.road_run import RoadRun
 from vdyn_cli.steps.coastdown.input_checks import (
@@ -157,12 +157,8 @@ def _with_slopes(
     if not grades:
         return plain, (), ()
     sloped = with_grades(plain, grades)
-    if drive == "coasting":
-        coasts = [coast_segment(k, usable(log, drive), None, 0.0) for k, log in enumerate(sloped)]
-        whole = [s for s in coasts if isinstance(s, CoastSegment)]
-    else:
-        whole = driven_windows(spec, sloped, drive, given)
-    scaled = scaled_grades(grades, [_road_run(spec, s, drive, given) for s in whole], drive)
+    runs = [_road_run(spec, s, drive, given) for s in whole_segments(spec, sloped, drive, given)]
+    scaled = scaled_grades(grades, runs, drive)
     return (plain, (), ()) if scaled is None else (with_grades(plain, scaled[0]), scaled[0], (scaled[1],))
 
 

@@ -101,17 +101,19 @@ def selected(
     if drive == "coasting" and spec.reading.split_times is None:
         for run in sorted({s.run for s in segments}):
             used = [s for s in segments if s.run == run]
-            rejected += further_coasts(usable(_own_rows(logs[run]), "coasting"), used)
+            rejected += further_coasts(_usable(_own_rows(logs[run]), "coasting"), used)
     why = "the speed is held before the coast"
     rejected += dict.fromkeys(RejectedSegment(logs[s.run].name, *s.held, why, usual=True) for s in segments if s.held)
     return SegmentSelection(tuple(segments), tuple(rejected))
 
 
-def driven_windows(
+def whole_segments(
     spec: CoastdownSpec, logs: Sequence[Log], drive: DriveSignal, known: Mapping[str, Given]
 ) -> list[CoastSegment]:
-    """The driven windows of logs with a measured drive, before any is left out; arguments as those of ``selected``."""
+    """The whole coasts or driven windows of logs, before any is left out; arguments as those of ``selected``."""
     runs = _LoggedRuns(spec, tuple(logs), drive, known, _speed_window(spec.settings, logs))
+    if drive == "coasting":
+        return runs.whole_coasts()
     return [window for segment in runs.driven()[0] for window in split(segment)]
 
 
@@ -138,12 +140,17 @@ class _LoggedRuns:
             found = [self._coast(k, COASTDOWN_POLICY.some_covered) if k in lost else one for k, one in enumerate(found)]
         return [a for a in found if isinstance(a, CoastSegment)], [a for a in found if isinstance(a, RejectedSegment)]
 
+    def whole_coasts(self) -> list[CoastSegment]:
+        """Each log from its highest speed on, of those in which the car coasts."""
+        wholes = [coast_segment(k, _usable(_own_rows(log), "coasting"), None, 0.0) for k, log in enumerate(self.logs)]
+        return [self._of_run(s) for s in wholes if isinstance(s, CoastSegment)]
+
     def driven(self) -> KeptAndRejected:
         """The driven parts of each log, and what is rejected."""
         settings, segments, rejected = self.spec.settings, list[CoastSegment](), list[RejectedSegment]()
         slowest = self.window[1] if self.window else SLOWEST
         for k, log in enumerate(self.logs):
-            there = usable(log, self.drive)
+            there = _usable(log, self.drive)
             demand = there[f"drive_{self.drive}"] if settings.windows == "powered" else None
             one, left = driven_segment(k, there, demand, slowest, settings.minimum_length.value)
             segments += [] if one is None else [self._of_run(one)]
@@ -176,7 +183,7 @@ class _LoggedRuns:
     def _coast(self, run: int, covered: float) -> CoastSegment | RejectedSegment:
         """The coast of one log through the speed window, of which it must cover the share ``covered``."""
         log, table = self.logs[run], self.spec.reading.split_times is not None
-        there, shortest = usable(log if table else _own_rows(log), "coasting"), self.spec.settings.minimum_length.value
+        there, shortest = _usable(log if table else _own_rows(log), "coasting"), self.spec.settings.minimum_length.value
         found = coast_segment(run, there, self.window, shortest, table, covered)
         return self._of_run(found) if isinstance(found, CoastSegment) else found
 
@@ -189,8 +196,7 @@ class _LoggedRuns:
 
     def _without_braked_runs(self, segments: Sequence[CoastSegment]) -> KeptAndRejected:
         """Segments of runs not braked above the speed window, and the others: their brakes may still drag."""
-        wholes = [coast_segment(k, usable(_own_rows(log), "coasting"), None, 0.0) for k, log in enumerate(self.logs)]
-        coasts = [self._of_run(s) for s in wholes if isinstance(s, CoastSegment)]
+        coasts = self.whole_coasts()
         braked = braked_while_coasting(coasts) if coasts else {}
 
         def why_not(one: CoastSegment) -> str:
@@ -245,7 +251,7 @@ def _speed_window(settings: CoastdownSettings, logs: Sequence[Log]) -> tuple[flo
     return upper, lower
 
 
-def usable(log: Log, drive: DriveSignal) -> Log:
+def _usable(log: Log, drive: DriveSignal) -> Log:
     """The log without mostly empty channels, reduced to the rows in which every channel of the fit has a number."""
     optional = [n for n in ("grade", "wind_speed", "acceleration") if n in log]
     there = np.isfinite(log["speed"])  # parts that were cut have no speed either
