@@ -140,14 +140,14 @@ def _influence(found: Array, heading: Array) -> list[tuple[float, float] | None]
     The mean weights both directions equally, so that an additional run in one of them does not shift it.
     """
     shifts: list[tuple[float, float] | None] = []
+    ways = [heading == way for way in np.unique(heading)]
+    mean = float(np.mean([found[way].mean() for way in ways]))
     for i in range(found.size):
-        left = np.arange(found.size) != i
-        groups = [found[left & (heading == way)] for way in (1.0, -1.0) if np.any(heading == way)]
+        groups = [found[way & (np.arange(found.size) != i)] for way in ways]
         degrees = sum(g.size - 1 for g in groups)
         if any(g.size == 0 for g in groups) or degrees < 1:
             shifts.append(None)
             continue
-        mean = float(np.mean([found[heading == way].mean() for way in (1.0, -1.0) if np.any(heading == way)]))
         squares = sum(float(np.sum((g - g.mean()) ** 2)) for g in groups)
         error = np.sqrt(squares / degrees * sum(1.0 / g.size for g in groups)) / len(groups)
         shift = float(np.mean([g.mean() for g in groups])) - mean
