@@ -137,15 +137,12 @@ class RoadLoadEstimates:
     def main(self) -> dict[str, Estimate]:
         """Rolling resistance and drag area, estimated or given."""
         solution, found, changing = self.fit.solution, {}, changing_drag(self)
+        if (share := self.fit.campaign.air_share) and "drag_area" in solution.names:
+            by_density = t_quantile(solution.degrees["drag_area"]) * share * solution.values["drag_area"]
+            solution = solution.including({"drag_area": by_density})
         for name in MAIN:
             value = self.fit.at[name]
             std, interval = solution.std.get(name, 0.0), solution.interval95.get(name, (value, value))
-            if name == "drag_area" and std > 0 and (share := self.fit.campaign.air_share):
-                wider = float(np.hypot(std, share * value)) / std
-                std, interval = (
-                    wider * std,
-                    (value + wider * (interval[0] - value), value + wider * (interval[1] - value)),
-                )
             if shift := self.across.get(name):
                 std = float(np.hypot(std, shift / t_quantile(solution.degrees[name])))
                 low, high = one_sided(np.array([value]), 0.5 * np.diff(interval), np.array([shift]))
