@@ -50,7 +50,7 @@ class ValidatePolicy:
 
     delay_evidence: float = 15.0
     """[log likelihood] by which a delay must explain a drive better than none. 16 drives with 0.8 to 1.2 s reached 46
-    to 190, drives with 0.3 s 13 to 20; three standard errors are 4.5. Of 136 drives over hills of up to 3 % rms, or
+    to 190, drives with 0.3 s 13 to 20; three standard errors are 4.5. Of 140 drives over hills of up to 3 % rms, or
     with gears, none reaches it beyond least_delay; 14 trips of a real car have their least variance without a delay."""
 
     missed_error: float = 0.12
