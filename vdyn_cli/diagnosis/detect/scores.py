@@ -157,19 +157,17 @@ def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[
     scaled = (estimated / max(float(np.linalg.norm(estimated)), 1e-300)) @ left
     contributions = np.add.reduceat(left * beside.y[:, None], system.starts, axis=0)
     for name, columns in groups.items():
-        size = float(np.sum(whole[:, columns] ** 2))
-        visibility[name] = float(np.sqrt(np.sum(left[:, columns] ** 2) / size)) if size else 0.0
-        remains = float(np.sum(left[:, columns] ** 2))
+        own, size = left[:, columns], float(np.sum(whole[:, columns] ** 2))
+        remains = float(np.sum(own**2))
+        visibility[name] = float(np.sqrt(remains / size)) if size else 0.0
         stated[name] = float(np.sum(stated_priors[:, columns] ** 2)) / remains if remains else 0.0
         scaling[name] = float(np.sum(scaled[columns] ** 2)) / remains if remains else 0.0
-        information = left[:, columns].T @ left[:, columns]
-        inverse, rank[name] = pseudo_inverse(information)
+        inverse, rank[name] = pseudo_inverse(own.T @ own)
         total = contributions[:, columns].sum(axis=0)
         estimate[name], spread[name] = inverse @ total, np.sqrt(np.diag(inverse))
         statistic[name] = float(total @ inverse @ total)
-    flipped = np.zeros((system.units, beside.basis.shape[1], left.shape[1]))
-    for b, (first, last) in enumerate(zip(system.starts, [*system.starts[1:], len(left)], strict=True)):
-        flipped[b] = beside.basis[first:last].T @ left[first:last]
+    ends = [*system.starts[1:], len(left)]
+    flipped = np.array([beside.basis[a:b].T @ left[a:b] for a, b in zip(system.starts, ends, strict=True)])
     return Scores(
         names=names,
         groups=groups,
