@@ -131,6 +131,15 @@ def test_the_sweeps_of_a_tire_that_carries_a_hundredth_of_a_car_are_used_alike()
         np.testing.assert_array_equal(car["slip"], robot["slip"])
 
 
+def test_samples_of_a_lifted_tire_are_left_out_however_many_they_are() -> None:
+    data = logs(random_vehicle(3), 3)[0]
+    lifted = np.arange(data.time.size) % 5 < 3
+    load = np.where(lifted, 10.0 * np.cos(data.time), data["force_z"])
+    (used,) = slip_sweeps([data.with_channels(force_z=load)], SPEC.settings, known(random_vehicle(3)))
+    assert np.isnan(used["slip"][lifted]).all()
+    assert np.isfinite(used["slip"][~lifted]).mean() > 0.9
+
+
 def test_what_is_missing_is_said() -> None:
     vehicle = random_vehicle(3)
     data = logs(vehicle, 3)

@@ -16,7 +16,9 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.tire.spec import TireSettings
 
 FEWEST_SAMPLES = 40  # of a sweep: one bin of binned_sweep
-LEAST_LOAD = 0.1  # share of a sweep's median load, by default: tires of a robot carry 100 N, those of a truck 30 kN
+# Share of a sweep's largest loads, by default: tires of a robot carry 100 N, those of a truck 30 kN. The largest begin
+# at this quantile: a tire on a rig may be lifted for most of a log.
+LEAST_LOAD, LOADED = 0.1, 0.9
 SMALL_SLIP = 0.3  # up to which force and slip have the same sign
 
 
@@ -52,7 +54,8 @@ def slip_sweeps(logs: Sequence[Log], settings: TireSettings, known: Parameters) 
 
 def _least_load(log: Log, settings: TireSettings) -> float:
     """The load below which a sample is left out, N."""
-    return settings.minimum_load.value if settings.minimum_load else LEAST_LOAD * float(np.nanmedian(log["force_z"]))
+    own = settings.minimum_load
+    return own.value if own else LEAST_LOAD * float(np.nanquantile(log["force_z"], LOADED))
 
 
 def _with_slip(log: Log, settings: TireSettings, known: Parameters) -> Log:

@@ -20,7 +20,8 @@ class TireSettings(Strict):
         Given(1.0), description="vehicle speed below which no slip is computed, m/s"
     )
     minimum_load: Annotated[Given, Si("N", 1, 50_000)] | None = Field(
-        None, description="vertical load below which samples are left out, N; default: a tenth of each sweep's median"
+        None,
+        description="vertical load below which samples are left out, N; default: a tenth of each sweep's largest loads",
     )
     # A wheel force sensor that is zeroed before each sweep drifts by 0.01 % of its 24 kN; a larger common zero of all
     # sweeps is a candidate effect.
