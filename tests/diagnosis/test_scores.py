@@ -52,6 +52,17 @@ def test_the_statistic_is_the_classical_one(runs: int, kind: str) -> None:
         assert found.statistic[name] == pytest.approx(base - left_over(made, [*BASE, *unknowns]), rel=1e-7)
 
 
+def test_a_candidate_is_tested_beside_what_may_always_be_there() -> None:
+    made = system_of(Campaign(1, hidden={"slope": 0.3, "wave": 0.2}))
+    found, plain = scores(made, list(BASE), CAUSES, {"wave": ["wave"]}), scores(made, list(BASE), CAUSES)
+    assert found.statistic["wave"] == pytest.approx(plain.statistic["wave"])
+    beside = left_over(made, [*BASE, "wave"])
+    for name in ("slope", "step", "shape"):
+        explained = beside - left_over(made, [*BASE, "wave", *CAUSES[name]])
+        assert found.statistic[name] == pytest.approx(explained, rel=1e-7)
+    assert found.p_value(["slope"]) == scores(made, [*BASE, "wave"], CAUSES).p_value(["slope"])
+
+
 def test_the_estimate_is_that_of_the_fit_with_the_candidate_in() -> None:
     made = system_of(Campaign(2, hidden={"slope": 0.8}))
     found = scores(made, list(BASE), CAUSES)

@@ -33,6 +33,7 @@ from vdyn_cli.diagnosis.strategies.linearized_system import (
 )
 from vdyn_cli.quantities.arrays import Array
 
+Named = Mapping[str, Sequence[str]]  # the unknowns of each effect
 SEED = 20170401  # arbitrary and fixed, so that the same data give the same p value
 ROUNDING = 1e-6  # share of a sensitivity's norm, and of unit eigenvalues, that solver tolerances leave as error
 
@@ -144,45 +145,41 @@ class Scores:
         return float((1 + np.sum(most >= observed)) / (draws + 1))
 
 
-def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[str, Sequence[str]]) -> Scores:
-    """Score tests of candidates, each with its unknowns, beside the ``fitted`` unknowns and every run's own."""
-    beside, names = Projection(system, fitted), tuple(candidates)
+def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Named, random: Named | None = None) -> Scores:
+    """Score tests of candidates, each with its unknowns, beside the ``fitted`` unknowns and every run's own.
+
+    Parameters
+    ----------
+    random : effects, with their unknowns, that may always be present, as large as their estimated priors say: all other
+        candidates are tested beside them.
+    """
+    alone, names, random = Projection(system, fitted), tuple(candidates), random or {}
+    wide = Projection(system, [*fitted, *(n for each in random.values() for n in each)]) if random else alone
     whole = system.columns_of([n for name in names for n in candidates[name]])
-    groups, left = column_groups(candidates), without_rounding(whole, beside.orthogonal(whole))
+    groups, left = column_groups(candidates), np.empty_like(whole)
+    contributions = np.empty((system.units, whole.shape[1]))
+    flipped = np.zeros((system.units, wide.basis.shape[1], whole.shape[1]))
     visibility, stated, scaling, statistic, rank, estimate, spread = {}, {}, {}, {}, {}, {}, {}
-    measured = system.run >= 0
-    priors = left[~measured[system.label]]
-    stated_priors = left[system.run[system.label] == STATED_PRIOR]
-    estimated = np.where(system.run[system.label] == ESTIMATED_PRIOR, system.y, 0.0)
-    scaled = (estimated / max(float(np.linalg.norm(estimated)), 1e-300)) @ left
-    contributions = np.add.reduceat(left * beside.y[:, None], system.starts, axis=0)
+    measured, kind = system.run >= 0, system.run[system.label]
+    estimated = np.where(kind == ESTIMATED_PRIOR, system.y, 0.0)
+    scale = estimated / max(float(np.linalg.norm(estimated)), 1e-300)
     for name, columns in groups.items():
-        own, size = left[:, columns], float(np.sum(whole[:, columns] ** 2))
-        remains = float(np.sum(own**2))
+        beside = alone if name in random else wide
+        own = without_rounding(whole[:, columns], beside.orthogonal(whole[:, columns]))
+        left[:, columns] = own
+        contributions[:, columns] = np.add.reduceat(own * beside.y[:, None], system.starts, axis=0)
+        for b, (first, last) in enumerate(zip(system.starts, [*system.starts[1:], len(own)], strict=True)):
+            flipped[b, : beside.basis.shape[1], columns] = own[first:last].T @ beside.basis[first:last]
+        size, remains = float(np.sum(whole[:, columns] ** 2)), float(np.sum(own**2))
         visibility[name] = float(np.sqrt(remains / size)) if size else 0.0
-        stated[name] = float(np.sum(stated_priors[:, columns] ** 2)) / remains if remains else 0.0
-        scaling[name] = float(np.sum(scaled[columns] ** 2)) / remains if remains else 0.0
+        stated[name] = float(np.sum(own[kind == STATED_PRIOR] ** 2)) / remains if remains else 0.0
+        scaling[name] = float(np.sum((scale @ own) ** 2)) / remains if remains else 0.0
         inverse, rank[name] = pseudo_inverse(own.T @ own)
         total = contributions[:, columns].sum(axis=0)
         estimate[name], spread[name] = inverse @ total, np.sqrt(np.diag(inverse))
         statistic[name] = float(total @ inverse @ total)
-    ends = [*system.starts[1:], len(left)]
-    flipped = np.array([beside.basis[a:b].T @ left[a:b] for a, b in zip(system.starts, ends, strict=True)])
-    return Scores(
-        names=names,
-        groups=groups,
-        visibility=visibility,
-        stated=stated,
-        scaling=scaling,
-        statistic=statistic,
-        rank=rank,
-        estimate=estimate,
-        spread=spread,
-        _left=left,
-        _contributions=contributions[measured],
-        _flippable=flipped[measured],
-        _priors=priors,
-    )
+    kept = left, contributions[measured], flipped[measured], left[~measured[system.label]]
+    return Scores(names, groups, visibility, stated, scaling, statistic, rank, estimate, spread, *kept)
 
 
 def omitted_effect_bias(system: LinearizedSystem, fitted: Sequence[str], column: Array) -> Array:

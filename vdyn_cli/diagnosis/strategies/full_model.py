@@ -94,6 +94,12 @@ class FullModel:
         }
         return frozenset(n for n, e in self.setup.candidates.items() if e.sensor and own & set(e.covers))
 
+    @cached_property
+    def random_effects(self) -> tuple[str, ...]:
+        """Candidates whose amplitudes have priors with a standard deviation that was estimated from the data."""
+        estimated = {u.name for u in self.regression.shared if u.prior and u.prior_degrees < float("inf")}
+        return tuple(n for n in self.setup.candidates if set(self.amplitudes(n)) <= estimated)
+
     def held(self, effects: Sequence[str]) -> dict[str, float]:
         """Values of the unknowns that are fixed in a fit with these effects: covered ones at their prior means."""
         candidates = self.setup.candidates
@@ -105,10 +111,11 @@ class FullModel:
     def scores(self, at: FittedModel, names: Sequence[str], runs: bool = False) -> Scores:
         """Score tests of candidates and profiles beside the effects of a fitted model.
 
-        ``runs``: with whole runs as units.
+        ``runs``: with whole runs as units. A road whose roughness was estimated is there, found or not.
         """
         wanted = {n: self.amplitudes(n) for n in names if n not in at.effects}
-        return scores(at.system.by_run() if runs else at.system, self.fitted_unknowns(at.effects), wanted)
+        random = {n: self.amplitudes(n) for n in self.random_effects if n not in at.effects}
+        return scores(at.system.by_run() if runs else at.system, self.fitted_unknowns(at.effects), wanted, random)
 
 
 def hopeless_cost(base: float, best: float) -> float:
