@@ -118,10 +118,9 @@ def _with_free_form(
 
     The wrong form of a law hides every other error: no candidate is sufficient beside it, and a learned law absorbs
     what else is wrong. An answer that leaves more than noise leaves the error of the form in the parameters. An answer
-    with which the model cannot be fitted is none. If the free form shows no error, answers without amplitude in the
-    fits that the step publishes stood for the wrong form, and so did those that leave more than noise. A learned law
-    is kept where it predicts held-out runs better than the answer beside the free form, unless that is a single effect
-    that leaves only noise.
+    with which the model cannot be fitted is none. If the free form shows no error, every answer and every learned law
+    stood for the wrong form. A learned law is kept where it predicts held-out runs better than the answer beside the
+    free form, unless that is a single effect that leaves only noise.
     """
     free = getattr(prepared.problem, "with_free_form", None)  # a problem of a plug-in may have none
     if free is None or found.judgment.verdict in ("adequate", "not_testable"):
@@ -141,8 +140,8 @@ def _with_free_form(
     if not (listed or single) and by_law is not None and by_form is not None and by_law.after < by_form.after:
         return prepared, found
     shown = any(published_answer(strategy, a, free)[0] is not None for a in judgment.answers)
-    silent = (idle or not complete) and judgment.verdict == "adequate"
-    return (freed, PartJudgment(strategy, judgment)) if shown or silent else (prepared, found)
+    taken = shown or judgment.verdict == "adequate"
+    return (freed, PartJudgment(strategy, judgment)) if taken else (prepared, found)
 
 
 def _with_misfit(judgment: Judgment, base: Result) -> Judgment:
