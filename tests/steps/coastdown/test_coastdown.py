@@ -28,7 +28,7 @@ MORE = [pytest.param(seed, marks=pytest.mark.slow) for seed in (2, 3)]  # the sa
 # Recovery -----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", [1, *MORE])
+@pytest.mark.parametrize("seed", [pytest.param(1, marks=pytest.mark.slow), *MORE])  # fast: the sample's truth
 def test_coasts_of_random_vehicles(seed: int) -> None:
     vehicle = random_vehicle(seed)
     result = solve_day(vehicle, seed, settings=WINDOW)
