@@ -32,4 +32,12 @@ def test_a_drift_leaves_less_about_a_line() -> None:
 
 def test_too_few_or_missing_values_show_none() -> None:
     assert level_change([1.0, 1.0, 2.0, 2.0], 2) is None
-    assert level_change([1.0, 1.0, np.nan, 2.0, 2.0, 2.0], 2) is None
+    assert level_change([1.0, 1.0, np.nan, 2.0, 2.0], 2) is None
+    assert level_change([1.0] * 6, 2) is None
+
+
+def test_a_value_that_is_missing_is_left_out() -> None:
+    found = level_change([1.0, 1.0, np.nan, 1.0, 2.0, 2.0], 2)
+    assert found is not None
+    assert (found.first, found.ratio) == (4, 2.0)
+    assert found.chance < 1e-6

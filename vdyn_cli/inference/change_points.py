@@ -35,20 +35,23 @@ def level_change(values: Sequence[float], fewest: int) -> LevelChange | None:
         t = (y' - y) / (s sqrt(1/n + 1/m))
 
     has Student's distribution with n + m - 2 degrees of freedom, if all are drawn alike from a normal distribution;
-    ``chance`` is that of the largest t of all changes by Bonferroni's bound. None also where a value is missing (NaN).
+    ``chance`` is that of the largest t of all changes by Bonferroni's bound. Missing values (NaN) are left out. None
+    also where all values are equal.
     """
     from scipy.special import stdtr
 
-    y, number = np.asarray(values, dtype=float), np.arange(len(values), dtype=float)
-    if y.size <= 2 * fewest or np.isnan(y).any():
+    number = np.flatnonzero(~np.isnan(values))
+    y = np.asarray(values, dtype=float)[number]
+    if y.size <= 2 * fewest or np.ptp(y) == 0.0:
         return None
     firsts = range(fewest, y.size - fewest + 1)
     left = [k * float(np.var(y[:k])) + (y.size - k) * float(np.var(y[k:])) for k in firsts]
     least, k = min(left), firsts[int(np.argmin(left))]
     before, after = float(np.mean(y[:k])), float(np.mean(y[k:]))
-    t = abs(after - before) / np.sqrt(least / (y.size - 2) * (1.0 / k + 1.0 / (y.size - k)))
+    t = abs(after - before) / np.sqrt(max(least, 1e-300) / (y.size - 2) * (1.0 / k + 1.0 / (y.size - k)))
     drift = y.size * float(np.var(y - np.polyval(np.polyfit(number, y, 1), number)))
-    return LevelChange(k, after / before, len(left) * 2.0 * float(stdtr(y.size - 2, -t)), least / drift)
+    chance = len(left) * 2.0 * float(stdtr(y.size - 2, -t))
+    return LevelChange(int(number[k]), after / before, chance, least / max(drift, 1e-300))
 
 
 def ratio_pieces(y: Array, x: Array, penalty: float, shortest: int) -> list[int]:
