@@ -182,15 +182,16 @@ def test_a_measured_profile_is_read_from_its_file(tmp_path: Path) -> None:
 
 
 @cache
-def files(road: Bump | None) -> tuple[bytes, ...]:
-    """The logs of a campaign over a road, or over the usual one."""
-    return tuple(csv_bytes(record) for record in plant.campaign(VEHICLE, SEED, bump=road))
+def files() -> tuple[bytes, ...]:
+    """The logs of a campaign over the usual bump."""
+    return tuple(csv_bytes(record) for record in plant.campaign(VEHICLE, SEED))
 
 
 def described(folder: Path, bump: dict[str, object], road: Bump | None = None) -> Path:
     """Logs and a description on disk."""
     entries = []
-    for k, text in enumerate(files(road)):
+    logs = files() if road is None else [csv_bytes(one) for one in plant.campaign(VEHICLE, SEED, bump=road)]
+    for k, text in enumerate(logs):
         (folder / f"bump_{k}.csv").write_bytes(text)
         entries.append({"log": f"bump_{k}.csv"})
     units = dict(zip(("front_load", "rear_load", "speed", *BODY), ("N", "N", "km/h", "m/s^2", "deg/s"), strict=True))
